@@ -1,0 +1,1 @@
+"""RGB-D frame to recognised objects on the table (Sec. III, III-A)."""
