@@ -1,0 +1,95 @@
+#!/usr/bin/env bash
+# Make the environment and build the workspace; a second run finds its stamps and does nothing.
+# usage: scripts/setup.sh [--dev]    --dev: also what the tests, the checks and the simulation need
+set -euo pipefail
+# shellcheck source=scripts/environment.sh
+source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
+cd "$root"
+stamps=$venv/stamps
+
+find_python() {
+  local candidate
+  for candidate in python3.12 python3 "${PYENV_ROOT:-$HOME/.pyenv}"/versions/3.12*/bin/python3; do
+    # A pyenv shim may exist and fail: only an interpreter that answers counts.
+    if "$candidate" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info[:2] != (3, 12))' 2>/dev/null; then
+      echo "$candidate"
+      return
+    fi
+  done
+  fail "Python 3.12 with its venv module was not found; install python3.12 and python3.12-venv"
+}
+
+# once NAME INPUT... -- COMMAND...: run COMMAND unless it succeeded before with the same inputs.
+once() {
+  local name=$1 inputs=() sum
+  shift
+  while [ "$1" != -- ]; do inputs+=("$1") && shift; done
+  shift
+  sum=$(find "${inputs[@]}" -type f -not -path '*/__pycache__/*' -print0 | sort -z | xargs -0 sha256sum | sha256sum)
+  sum="$sum $root"
+  [ "$(cat "$stamps/$name" 2>/dev/null)" = "$sum" ] && return
+  echo "setup: $name" >&2
+  "$@"
+  mkdir -p "$stamps" && echo "$sum" >"$stamps/$name"
+}
+
+install() {
+  local file arguments=()
+  for file in "$@"; do arguments+=(-r "$file"); done
+  python -m pip install --quiet --no-warn-script-location "${arguments[@]}" >&2 ||
+    fail "pip could not install ${*}; see its message above (is the package index reachable?)"
+}
+
+# The wheels' CMake files name the folders of the machine that built them.
+repair_cmake() {
+  local include numpy
+  include=$(python -c 'import sysconfig; print(sysconfig.get_path("include"))')
+  numpy=$(python -c 'import numpy; print(numpy.get_include())')
+  grep -rlZ '/opt/python/cp312-cp312' "$venv/share" --include='*.cmake' | xargs -0 -r sed -i \
+    -e "s|/opt/python/cp312-cp312/lib/python3.12/site-packages/numpy/_core/include|$numpy|g" \
+    -e "s|/opt/python/cp312-cp312/include/python3.12|$include|g"
+}
+
+install_run() {
+  local ros=requirements-ros.txt
+  if system_ros; then # its messages and nodes, but built by the virtual environment's colcon and Python
+    ros=$venv/requirements-colcon.txt
+    grep -v '^ros-' requirements-ros.txt >"$ros"
+  fi
+  install requirements.txt "$ros"
+  command -v cmake >/dev/null || python -m pip install --quiet cmake
+  system_ros || repair_cmake
+}
+
+# tf2_msgs is not among the wheels; this one has the official type hash.
+generate_tf2_msgs() {
+  local package=$root/msg_defs/generated/tf2_msgs
+  mkdir -p "$package/msg"
+  echo "geometry_msgs/TransformStamped[] transforms" >"$package/msg/TFMessage.msg"
+  sed -e 's/intent_msgs/tf2_msgs/' -e '/msg\/.*\.msg"/d' -e '/sensor_msgs REQ/d;/std_msgs REQ/d' \
+    -e 's/DEPENDENCIES .*/"msg\/TFMessage.msg" DEPENDENCIES geometry_msgs/' \
+    msg_defs/intent_msgs/CMakeLists.txt >"$package/CMakeLists.txt"
+  sed -e 's/intent_msgs/tf2_msgs/' -e '/<depend>s/d' -e 's|<description>.*<|<description>Transforms on /tf.<|' \
+    msg_defs/intent_msgs/package.xml >"$package/package.xml"
+}
+
+build() {
+  command -v c++ >/dev/null || fail "no C++ compiler was found; install g++ (the messages need it)"
+  python -c 'import ament_index_python as a; a.get_package_prefix("tf2_msgs")' 2>/dev/null || generate_tf2_msgs
+  python -m colcon build --base-paths msg_defs src --symlink-install --metas colcon.meta --event-handlers \
+    console_direct- console_cohesion- summary+ >"$venv/colcon.log" 2>&1 ||
+    { tail -40 "$venv/colcon.log" >&2 && fail "colcon build failed; the whole log is in $venv/colcon.log"; }
+}
+
+exec 9>"$root/.setup.lock"
+flock 9 # two scripts started together set up once
+if [ ! -x "$venv/bin/python" ]; then
+  python=$(find_python)
+  "$python" -m venv "$venv" || fail "$python could not make a virtual environment in $venv"
+fi
+enter_venv
+once install requirements.txt requirements-ros.txt -- install_run
+enter_venv # the libraries' folders exist only now
+[ "${1:-}" != --dev ] || once install-dev requirements-dev.txt -- install requirements-dev.txt
+once build msg_defs/intent_msgs colcon.meta src/*/package.xml src/*/setup.* src/*/config src/*/launch src/*/rviz \
+  -- build
