@@ -1,0 +1,106 @@
+"""Poses in which an object can stand or lie on a table."""
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from intent_perception.geometry import Array, make_pose, rotation_between
+from intent_perception.mesh import Mesh
+from intent_perception.model import Symmetry
+
+_SAME_NORMAL = np.cos(np.deg2rad(1.0))
+_SAME_POSE = np.cos(np.deg2rad(12.0))
+
+
+def stable_poses(
+    mesh: Mesh, symmetry: Symmetry, least_probability: float = 0.02, count: int = 12
+) -> Array:
+    """Return the poses in which a mesh rests on a plane, the likeliest first.
+
+    Each facet of the convex hull whose plane has the centre of mass above its inside is a rest;
+    from every other facet the object rolls over an edge to the next. A rest's probability is the
+    share of directions, seen from the centre of mass, that end there. Rests that differ by a
+    symmetry or by less than 12° of tilt are one.
+
+    Args:
+        mesh: object; an open one counts as a shell.
+        symmetry: its symmetries.
+        least_probability: rests that happen more rarely are left out.
+        count: greatest number of poses.
+
+    Returns:
+        (S, 4, 4) T_table_object with x = y = 0 for the object's origin.
+    """
+    hull = ConvexHull(mesh.vertices)
+    center = mesh.center_of_mass
+    probability = _rest_probabilities(hull, center)
+    rests = np.flatnonzero(probability > 0.0)
+    down = hull.equations[rests, :3]
+    groups = _grouped(down, probability[rests], symmetry)
+    kept = [(p, d) for p, d in groups if p >= least_probability] or groups[:1]
+    return np.stack([rest_pose(mesh, direction) for _, direction in kept[:count]])
+
+
+def rest_pose(mesh: Mesh, down: Array) -> Array:
+    """Return T_table_object with object direction down (3,) pointing into the table."""
+    rotation = rotation_between(down, [0.0, 0.0, -1.0])
+    lowest = float(np.min(mesh.vertices @ rotation[2]))
+    return make_pose(rotation, [0.0, 0.0, -lowest])
+
+
+def _rest_probabilities(hull: ConvexHull, center: Array) -> Array:
+    """Return for each hull facet the probability to come to rest on it, (F,)."""
+    corners = hull.points[hull.simplices]
+    normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
+    height = -(normals @ center + offsets)
+    weights = _solid_angles(corners - center) / (4.0 * np.pi)
+    # Rolling lowers the centre of mass: the lowest neighbour, or nothing lower, is the next.
+    around = np.column_stack([np.arange(len(height)), hull.neighbors])
+    over = _outside_edges(corners, normals, center + normals * -height[:, None])
+    over[:, 0] = False
+    tilted = np.where(over, height[around], np.inf)
+    target = np.where(over.any(axis=1), around[np.arange(len(height)), tilted.argmin(axis=1)], -1)
+    coplanar = target >= 0
+    probability = np.zeros(len(height))
+    for facet in range(len(height)):
+        current, steps = facet, 0
+        while coplanar[current] and steps < 200:
+            current, steps = int(target[current]), steps + 1
+        probability[current] += weights[facet]
+    return probability
+
+
+def _outside_edges(corners: Array, normals: Array, foot: Array) -> Array:
+    """Return (F, 4): column k + 1 says that the foot lies beyond the edge opposite corner k."""
+    outside = np.zeros((len(corners), 4), dtype=bool)
+    for k in range(3):
+        a, b, opposite = corners[:, (k + 1) % 3], corners[:, (k + 2) % 3], corners[:, k]
+        inward = np.cross(normals, b - a)
+        inward *= np.sign(np.einsum("ij,ij->i", inward, opposite - a))[:, None]
+        length = np.linalg.norm(inward, axis=1)
+        outside[:, k + 1] = np.einsum("ij,ij->i", inward, foot - a) < -1e-9 * length
+    return outside
+
+
+def _solid_angles(corners: Array) -> Array:
+    """Return the solid angles (F,) of triangles (F, 3, 3) around the origin."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    la, lb, lc = (np.linalg.norm(x, axis=1) for x in (a, b, c))
+    triple = np.abs(np.einsum("ij,ij->i", a, np.cross(b, c)))
+    dots = [np.einsum("ij,ij->i", x, y) for x, y in ((a, b), (b, c), (c, a))]
+    bottom = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
+    angle: Array = 2.0 * np.arctan2(triple, bottom)
+    return angle
+
+
+def _grouped(down: Array, probability: Array, symmetry: Symmetry) -> list[tuple[float, Array]]:
+    """Return (probability, direction) of rests joined over symmetries, likeliest first."""
+    rotations = symmetry.transforms(steps=72)[:, :3, :3]
+    left = list(np.argsort(-probability, kind="stable"))
+    groups: list[tuple[float, Array]] = []
+    while left:
+        leader = down[left[0]]
+        images = rotations @ leader
+        same = [k for k in left if float(np.max(images @ down[k])) > _SAME_POSE]
+        groups.append((float(probability[same].sum()), leader))
+        left = [k for k in left if k not in same]
+    return sorted(groups, key=lambda group: -group[0])
