@@ -1,0 +1,27 @@
+"""What several test files share."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+# One thread everywhere: results must not depend on how many cores the machine has.
+for _variable in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def bags_folder() -> Path:
+    """The folder of the shipped bags."""
+    return ROOT / "bags"
+
+
+@pytest.fixture(scope="session")
+def real_data() -> Path:
+    """The folder of real recordings; a test that needs it skips only where it is absent."""
+    folder = Path(os.environ.get("INTENT_DATA", ROOT.parent / "shared" / "data"))
+    if not folder.is_dir():
+        pytest.skip(f"no real data in {folder} (set INTENT_DATA)")
+    return folder
