@@ -1,0 +1,116 @@
+"""Log-odds that mean what they say, for each set of observed variables."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from intent_perception.geometry import Array
+
+_LARGEST = 30.0
+_ROUNDS = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """Increasing map from the networks' log-odds to calibrated log-odds, for one set of variables."""
+
+    observed: tuple[str, ...]
+    """Variables that were known when it was fitted."""
+    weights: Array
+    """(M,) weight of each network's log-odds, not negative."""
+    knots: Array
+    """(J,) weighted log-odds, increasing."""
+    levels: Array
+    """(J,) calibrated log-odds at the knots, increasing."""
+
+    def apply(self, log_odds: Array) -> Array:
+        """Return calibrated log-odds (N,) of the networks' log-odds (N, M)."""
+        score = np.clip(log_odds, -_LARGEST, _LARGEST) @ self.weights
+        inside = np.interp(score, self.knots, self.levels)
+        # Straight on beyond the knots, so that the order of extreme cases is kept.
+        slope = 0.1
+        below = np.minimum(score - self.knots[0], 0.0)
+        above = np.maximum(score - self.knots[-1], 0.0)
+        result: Array = inside + slope * (below + above)
+        return result
+
+
+def sigmoid(log_odds: Array) -> Array:
+    """Return probabilities of log-odds."""
+    result: Array = 1.0 / (1.0 + np.exp(-np.clip(log_odds, -700.0, 700.0)))
+    return result
+
+
+def fit_calibration(
+    observed: Sequence[str], log_odds: Array, labels: Array, knots: int = 9, ridge: float = 0.02
+) -> Calibration:
+    """Return the calibration of held-out predictions.
+
+    A logistic stack with non-negative weights, held near their mean, joins the networks; a monotone
+    piecewise-linear map through quantiles of the joined score takes out what a straight line cannot.
+
+    Args:
+        observed: variables that were known.
+        log_odds: (N, M) held-out log-odds of M networks.
+        labels: (N,) 0 or 1.
+        knots: number of quantile bins of the monotone map.
+        ridge: pull of the weights towards their common mean.
+
+    Raises:
+        ValueError: if only one label occurs.
+    """
+    if len(np.unique(labels)) < 2:
+        raise ValueError("expected both labels among the held-out rows")
+    clipped = np.clip(log_odds, -_LARGEST, _LARGEST)
+    weights = _stack(clipped, labels, ridge)
+    score = clipped @ weights
+    order = np.argsort(score)
+    bins = [b for b in np.array_split(order, knots) if len(b)]
+    centres = np.array([score[b].mean() for b in bins])
+    rates = np.array([(labels[b].sum() + 0.5) / (len(b) + 1.0) for b in bins])
+    sizes = np.array([len(b) for b in bins], dtype=np.float64)
+    rates = _monotone(rates, sizes)
+    levels = np.log(rates / (1.0 - rates)) + 1e-3 * np.arange(len(bins))
+    keep = np.concatenate([[True], np.diff(centres) > 1e-9])
+    return Calibration(tuple(observed), weights, centres[keep], levels[keep])
+
+
+def _stack(log_odds: Array, labels: Array, ridge: float) -> Array:
+    """Return non-negative weights of a ridge-held logistic regression (projected Newton)."""
+    rows, members = log_odds.shape
+    weights = np.full(members, 1.0 / members)
+    bias = 0.0
+    design = np.concatenate([log_odds, np.ones((rows, 1))], axis=1)
+    for _ in range(_ROUNDS):
+        chance = sigmoid(log_odds @ weights + bias)
+        spread = weights - weights.mean()
+        gradient = design.T @ (chance - labels) / rows
+        gradient[:members] += ridge * spread
+        curvature = (design * (chance * (1.0 - chance))[:, None]).T @ design / rows
+        curvature[:members, :members] += ridge * (np.eye(members) - 1.0 / members)
+        curvature += 1e-6 * np.eye(members + 1)
+        step = np.linalg.solve(curvature, gradient)
+        weights = np.maximum(weights - step[:members], 0.0)
+        bias -= float(step[members])
+        if np.abs(step).max() < 1e-6:
+            break
+    return weights if weights.sum() > 0.0 else np.full(members, 1.0 / members)
+
+
+def _monotone(rates: Array, sizes: Array) -> Array:
+    """Return the nearest increasing rates (pool adjacent violators)."""
+    level: list[float] = []
+    weight: list[float] = []
+    length: list[int] = []
+    for rate, size in zip(rates, sizes, strict=True):
+        level.append(float(rate))
+        weight.append(float(size))
+        length.append(1)
+        while len(level) > 1 and level[-2] > level[-1]:
+            total = weight[-2] + weight[-1]
+            level[-2] = (level[-2] * weight[-2] + level[-1] * weight[-1]) / total
+            weight[-2] = total
+            length[-2] += length[-1]
+            del level[-1], weight[-1], length[-1]
+    return np.repeat(np.array(level), length)

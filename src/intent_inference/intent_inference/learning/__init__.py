@@ -1,0 +1,1 @@
+"""Soft-quantised Bayesian networks: quantisation (Sec. II-B), structure and parameters (Sec. IV-B)."""

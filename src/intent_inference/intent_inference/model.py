@@ -1,0 +1,342 @@
+"""The learnt model: task-specific soft-quantised Bayesian networks, BN^H or BN^R (Sec. II, IV-B)."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from intent_inference.calibration import Calibration, sigmoid
+from intent_inference.evidence import Evidence, EvidenceBank
+from intent_inference.features import Features, count_rows, select_variables
+from intent_inference.learning.parameters import DirichletPrior, soft_counts, table_from_counts
+from intent_inference.learning.quantisation import Quantiser
+from intent_inference.learning.structure import TASK, Parents
+from intent_inference.network import DiscreteNetwork, Schedule, compile_networks
+from intent_inference.variables import ACTION, CONSTRAINT, OBJECT, OBJECT_CLASS
+from intent_perception.geometry import Array
+
+_SURE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """One network of a task: structure, states and soft counts."""
+
+    recipe: str
+    """How it was made: structure and choice of states, e.g. "tan/information"."""
+    parents: Parents
+    """Variable to parents; TASK is the task, states 0 (not afforded) and 1."""
+    keys: dict[str, str]
+    """Variable to the key of its quantiser in the model; `obcl` to itself."""
+    counts: dict[str, Array]
+    """Variable to its family's soft counts."""
+    prior: DirichletPrior
+
+    def network(self) -> DiscreteNetwork:
+        """Return the network with the tables that its counts give."""
+        names = tuple(self.parents)
+        index = {name: i for i, name in enumerate(names)}
+        return DiscreteNetwork(
+            names,
+            tuple(tuple(index[p] for p in self.parents[name]) for name in names),
+            tuple(table_from_counts(self.counts[name], self.prior) for name in names),
+        )
+
+    def with_rows(
+        self, assignments: dict[str, Array], task: Array, weights: Array | None = None
+    ) -> "Member":
+        """Return the member after more labelled rows: sequential updating by added counts.
+
+        Args:
+            assignments: quantiser key to (N, K) soft assignment.
+            task: (N, 2) one-hot label.
+            weights: (N,) weight of each row.
+        """
+        own = {v: assignments[key] for v, key in self.keys.items()}
+        own[TASK] = task
+        counts = {
+            v: self.counts[v] + soft_counts(own, v, parents, weights)
+            for v, parents in self.parents.items()
+        }
+        return replace(self, counts=counts)
+
+
+@dataclass(frozen=True, eq=False)
+class TaskNetworks:
+    """The networks of one task and how their answers are joined."""
+
+    task: str
+    members: tuple[Member, ...]
+    calibrations: tuple[Calibration, ...]
+    """One per set of observed variables; the nearest is used."""
+
+    def calibration(self, observed: frozenset[str]) -> Calibration:
+        """Return the calibration whose set of observed variables differs least."""
+        return min(self.calibrations, key=lambda c: len(observed ^ frozenset(c.observed)))
+
+
+@dataclass(frozen=True, eq=False)
+class TaskModel:
+    """p(task | object, action, constraint features) for several tasks, each by its own networks."""
+
+    classes: tuple[str, ...]
+    """States of `obcl`."""
+    variables: tuple[str, ...]
+    """Variables of Table I that were there in training."""
+    quantisers: dict[str, Quantiser]
+    """Key to quantiser, shared by the tasks."""
+    networks: tuple[TaskNetworks, ...]
+    description: dict[str, str]
+    """Origin: data, seed, counts."""
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Names of the tasks, the columns of `posterior`."""
+        return tuple(n.task for n in self.networks)
+
+    @staticmethod
+    def shipped(name: str) -> "TaskModel":
+        """Return a shipped model: "human" (BN^H) or "schunk" (BN^R)."""
+        return TaskModel.load(Path(__file__).parent / "share" / "models" / f"{name}.npz")
+
+    @staticmethod
+    def load(path: Path | str | None = None) -> "TaskModel":
+        """Return the model of a file, by default BN^H; errors as in `storage.load_model`."""
+        from intent_inference.storage import load_model
+
+        if path is None:
+            return TaskModel.shipped("human")
+        return load_model(Path(path))
+
+    def save(self, path: Path | str) -> None:
+        """Write the model to a file, without pickle."""
+        from intent_inference.storage import save_model
+
+        save_model(self, Path(path))
+
+    @cached_property
+    def bank(self) -> EvidenceBank:
+        """All quantisers, laid out for one pass."""
+        return EvidenceBank(self.quantisers, self.classes)
+
+    @cached_property
+    def _members(self) -> tuple[Member, ...]:
+        return tuple(member for networks in self.networks for member in networks.members)
+
+    @cached_property
+    def _schedules(self) -> dict[str, Schedule]:
+        return {}
+
+    @cached_property
+    def _blocks(self) -> tuple[list[int], ...]:
+        """Positions in the evidence's `log_scale` that each member uses."""
+        position = {key: i for i, key in enumerate(self.bank.keys)}
+        return tuple([position[key] for key in member.keys.values()] for member in self._members)
+
+    def _schedule(self, target: str, members: tuple[int, ...] | None = None) -> Schedule:
+        """Return the compiled schedule of all (or some) members for a target, made once."""
+        name = target if members is None else f"{target} of {members}"
+        if name not in self._schedules:
+            chosen = self._members if members is None else [self._members[i] for i in members]
+            networks = [member.network() for member in chosen]
+            starts = []
+            for member, network in zip(chosen, networks, strict=True):
+                start = [self._start_of(member, v) for v in network.names]
+                starts.append(np.array(start, dtype=np.int64))
+            self._schedules[name] = compile_networks(networks, target, starts, gate=OBJECT_CLASS)
+        return self._schedules[name]
+
+    def _start_of(self, member: Member, variable: str) -> int:
+        # Two more entries behind the bank's carry the evidence about the task itself.
+        return self.bank.length if variable == TASK else self.bank.starts[member.keys[variable]]
+
+    def evidence(self, features: Features, deviations: Features | None = None) -> Evidence:
+        """Return soft evidence of a feature table, widened by its standard deviations."""
+        known = select_variables(features, self.variables)
+        if not known:
+            rows = count_rows(features)
+            known = {OBJECT_CLASS: np.full(rows, "")}
+        return self.bank.evidence(known, deviations)
+
+    def _query(
+        self, target: str, evidence: Evidence, task_value: int | None = None,
+        members: tuple[int, ...] | None = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """Return posterior (M, N, K) and log p(evidence[, task = value]) (M, N) of each member."""
+        about_task = np.ones((evidence.rows, 2))
+        if task_value is not None:
+            about_task[:, 1 - task_value] = 0.0
+        likelihoods = np.concatenate([evidence.likelihoods, about_task], axis=1)
+        posterior, log_evidence = self._schedule(target, members).query(likelihoods)
+        chosen = range(len(self._members)) if members is None else members
+        scale = np.stack([evidence.log_scale[:, self._blocks[m]].sum(axis=1) for m in chosen])
+        return posterior, log_evidence + scale
+
+    def log_odds(self, evidence: Evidence) -> list[Array]:
+        """Return each task's (N, M) log-odds of its networks, not calibrated."""
+        posterior, _ = self._query(TASK, evidence)
+        odds = np.log(posterior[:, :, 1] + _SURE) - np.log(posterior[:, :, 0] + _SURE)
+        result, first = [], 0
+        for networks in self.networks:
+            result.append(odds[first : first + len(networks.members)].T)
+            first += len(networks.members)
+        return result
+
+    def calibrated_log_odds(self, evidence: Evidence) -> Array:
+        """Return calibrated log-odds of each task, (N, T), for a balanced prior."""
+        odds = self.log_odds(evidence)
+        result = np.empty((evidence.rows, len(self.networks)))
+        names = list(evidence.observed)
+        patterns = np.stack([evidence.observed[name] for name in names], axis=1)
+        for pattern in np.unique(patterns, axis=0):
+            rows = np.all(patterns == pattern, axis=1)
+            observed = frozenset(n for n, seen in zip(names, pattern, strict=True) if seen)
+            for column, networks in enumerate(self.networks):
+                if networks.calibrations:
+                    calibration = networks.calibration(observed)
+                    result[rows, column] = calibration.apply(odds[column][rows])
+                else:
+                    result[rows, column] = odds[column][rows].mean(axis=1)
+        return result
+
+    def posterior(self, features: Features, deviations: Features | None = None) -> Array:
+        """Return p(task | observed features), (N, T), columns as `tasks` (Sec. IV-C)."""
+        return sigmoid(self.calibrated_log_odds(self.evidence(features, deviations)))
+
+    def log_evidence(self, features: Features, deviations: Features | None = None) -> Array:
+        """Return log p(observed features), (N,), the mean over all networks; low: unknown object."""
+        evidence = self.evidence(features, deviations)
+        return self.log_evidence_of(evidence)
+
+    def log_evidence_of(self, evidence: Evidence) -> Array:
+        """Return log p(evidence), (N,), the mean over all networks."""
+        _, log_evidence = self._query(TASK, evidence)
+        mean: Array = log_evidence.mean(axis=0)
+        return mean
+
+    def _of_task(self, task: str) -> tuple[int, ...]:
+        if task not in self.tasks:
+            raise ValueError(f"expected one of the tasks {self.tasks}, got {task!r}")
+        first = 0
+        for networks in self.networks:
+            if networks.task == task:
+                break
+            first += len(networks.members)
+        return tuple(range(first, first + len(networks.members)))
+
+    def _log_joint(self, task: str, features: Features) -> tuple[Array, Array]:
+        """Return log p(evidence, task = 1) and log p(evidence) of the task's networks, (M, N)."""
+        members = self._of_task(task)
+        posterior, log_evidence = self._query(TASK, self.evidence(features), None, members)
+        return log_evidence + np.log(posterior[:, :, 1] + 1e-300), log_evidence
+
+    def object_score(self, task: str, objects: Features) -> Array:
+        """Return log p(o | t) - log p(o) of objects, (N,), higher is better (o*, Sec. II-A).
+
+        Args:
+            task: the goal t*.
+            objects: (N) objects; variables other than O are ignored.
+        """
+        joint, alone = self._log_joint(task, select_variables(objects, OBJECT))
+        prior = self._log_joint(task, {OBJECT_CLASS: np.array([""])})[0]
+        score: Array = (joint - alone - prior).mean(axis=0)
+        return score
+
+    def grasp_score(self, task: str, grasps: Features, relative: bool = False) -> Array:
+        """Return log p(a, c | o, t) of grasp candidates, (N,) (a*, Sec. II-A).
+
+        Args:
+            task: the goal t*.
+            grasps: N candidates: O variables are conditions, A and C variables are scored.
+            relative: subtract log p(a, c | o): how much better than for no task at all.
+        """
+        conditions = select_variables(grasps, OBJECT) or {
+            OBJECT_CLASS: np.full(count_rows(grasps), "")
+        }
+        joint, alone = self._log_joint(task, grasps)
+        given, given_alone = self._log_joint(task, conditions)
+        score: Array = (joint - given).mean(axis=0)
+        if relative:
+            score = score - (alone - given_alone).mean(axis=0)
+        return score
+
+    def states_given_task(self, task: str, variable: str, features: Features) -> tuple[int, Array]:
+        """Return p(variable's state | features, task) of the task's first network that has it.
+
+        Returns:
+            The member's index and the probabilities (K,) for the first row of the features.
+        """
+        for index in self._of_task(task):
+            member = self._members[index]
+            if variable in member.keys:
+                others = {n: v for n, v in features.items() if n != variable}
+                others = others or {OBJECT_CLASS: np.array([""])}
+                evidence = self.evidence(others)
+                posterior, _ = self._query(variable, evidence, 1, (index,))
+                return index, posterior[0, 0]
+        raise ValueError(f"expected a variable of {task}'s networks, got {variable!r}")
+
+    def defuzzify(
+        self, task: str, features: Features, variable: str, method: str = "component"
+    ) -> Array:
+        """Return a value (D,) of a variable for a task: Sec. II-C.
+
+        Args:
+            task: the goal.
+            features: one row of what is known.
+            variable: continuous variable of Table I to infer.
+            method: "component": the likeliest centre of Eq. (2), on the manifold; "expected":
+                Eq. (3), which averages modes and can leave the manifold (npos shorter than 1).
+        """
+        index, states = self.states_given_task(task, variable, features)
+        quantiser = self.quantisers[self._members[index].keys[variable]]
+        if method == "component":
+            return np.asarray(quantiser.values_of(quantiser.mixture.likeliest(states)[None])[0])
+        if method == "expected":
+            mean = quantiser.mixture.expected(states)[None]
+            return np.asarray(quantiser.standardisation.invert(mean)[0])
+        raise ValueError(f"method: expected component or expected, got {method!r}")
+
+    def sample(
+        self, task: str, features: Features, count: int, rng: np.random.Generator,
+        variables: tuple[str, ...] = ACTION,
+    ) -> Features:  # fmt: skip
+        """Return values drawn from p(a | o, t) by Eq. (2), on the manifold.
+
+        Variables are drawn one after the other, each given those before it.
+
+        Args:
+            task: the goal.
+            features: one row of what is known, e.g. the object.
+            count: number of draws.
+            rng: source of randomness.
+            variables: continuous variables to draw.
+        """
+        drawn: dict[str, list[Array]] = {name: [] for name in variables if name in self.variables}
+        for _ in range(count):
+            known = {name: values[:1] for name, values in features.items()}
+            for name in drawn:
+                index, states = self.states_given_task(task, name, known)
+                quantiser = self.quantisers[self._members[index].keys[name]]
+                value = quantiser.values_of(quantiser.mixture.sample(states, 1, rng))
+                known[name] = value
+                drawn[name].append(value[0])
+        return {name: np.stack(values) for name, values in drawn.items()}
+
+
+def split_observed(variables: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    """Return the sets of observed variables for which posteriors are calibrated, by name."""
+    masks = {
+        "full": variables,
+        "partial": tuple(v for v in variables if v not in CONSTRAINT),
+        "partial_fig5": tuple(v for v in variables if v not in ("fvol", "gbvl")),
+        "position": tuple(v for v in variables if v in (OBJECT_CLASS, "npos")),
+        "object": tuple(v for v in variables if v in OBJECT),
+        "no_class": tuple(v for v in variables if v != OBJECT_CLASS),
+        "no_class_partial": tuple(
+            v for v in variables if v != OBJECT_CLASS and v not in CONSTRAINT
+        ),
+        "shape": tuple(v for v in variables if v in OBJECT and v != OBJECT_CLASS),
+    }
+    return {name: chosen for name, chosen in masks.items() if chosen}

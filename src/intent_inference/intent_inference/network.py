@@ -1,0 +1,301 @@
+"""Discrete Bayesian networks under soft evidence, answered by a compiled elimination schedule.
+
+Every variable carries a likelihood vector y_k = p(x | k) (virtual evidence, Sec. II-B.2); a missing
+variable carries ones. Variables are eliminated one by one in an order that is fixed when the network
+is compiled, so that a query is one pass over flat arrays (Sec. II-C; the paper runs a junction tree).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from intent_perception.geometry import Array
+
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class DiscreteNetwork:
+    """A directed acyclic graph with one conditional probability table per variable."""
+
+    names: tuple[str, ...]
+    """Variables; an index below is a position in this tuple."""
+    parents: tuple[tuple[int, ...], ...]
+    """Parents of each variable."""
+    tables: tuple[Array, ...]
+    """P(variable | parents), shape (states of each parent in order..., states of the variable)."""
+
+    def __post_init__(self) -> None:
+        if not len(self.names) == len(self.parents) == len(self.tables):
+            raise ValueError("expected one name, one parent tuple and one table per variable")
+        for name, parents, table in zip(self.names, self.parents, self.tables, strict=True):
+            expected = tuple(self.tables[p].shape[-1] for p in parents)
+            if table.shape[:-1] != expected:
+                raise ValueError(f"{name}: expected parent states {expected}, got {table.shape}")
+
+    @property
+    def states(self) -> tuple[int, ...]:
+        """Number of states of each variable."""
+        return tuple(table.shape[-1] for table in self.tables)
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """Flat arrays of one or more compiled networks that share a vector of likelihoods."""
+
+    tables: Array
+    """All constant tables, one after the other."""
+    workspace: int
+    """Length of the buffer of messages."""
+    steps: Index
+    """(S, 8): likelihood start, states, message start, message size, first factor, end of factors,
+    gate's likelihood start or -1, gate's states."""
+    gates: Index
+    """(S, 1): how many message entries lie between two states of the gate variable."""
+    factors: Index
+    """(F, 4): 1 if a message else 0, start in its buffer, stride of the eliminated variable,
+    start of the map from message entry to factor entry."""
+    maps: Index
+    """Entries of a factor for each entry of the message made from it."""
+    networks: Index
+    """(G, 4): first step, end of steps, first final factor, end of final factors."""
+    finals: Index
+    """(H, 3): 1 if a message else 0, start, stride of the target (0: a constant)."""
+    target_states: int
+    target_likelihood: Index
+    """(G,) start of the target's own likelihoods, or -1."""
+
+    def query(self, likelihoods: Array) -> tuple[Array, Array]:
+        """Return the target's posterior and log p(evidence) of each network (Sec. II-C).
+
+        Args:
+            likelihoods: (N, L) likelihoods of all variables, laid out as when compiling; only
+                ratios within a variable matter for the posterior.
+
+        Returns:
+            Posterior (G, N, states of the target), rows sum to one, and log evidence (G, N).
+
+        Raises:
+            ValueError: if a likelihood is negative, not finite, or all of a variable are zero.
+        """
+        likelihoods = np.ascontiguousarray(np.atleast_2d(likelihoods), dtype=np.float64)
+        if not np.all(np.isfinite(likelihoods)) or np.any(likelihoods < 0.0):
+            raise ValueError("expected likelihoods that are finite and not negative")
+        posterior = np.empty((len(self.networks), len(likelihoods), self.target_states))
+        evidence = np.empty((len(self.networks), len(likelihoods)))
+        _run(
+            likelihoods, self.tables, self.steps, self.gates, self.factors, self.maps,
+            self.networks, self.finals, self.target_likelihood, np.empty(self.workspace),
+            posterior, evidence,
+        )  # fmt: skip
+        if np.any(np.isneginf(evidence)):
+            raise ValueError("the evidence has probability zero under the network")
+        return posterior, evidence
+
+
+@njit(cache=True, error_model="numpy")  # type: ignore[misc]
+def _run(
+    likelihoods, tables, steps, gates, factors, maps, networks, finals, target_likelihood,
+    messages, posterior, evidence,
+):  # fmt: skip
+    states_target = posterior.shape[2]
+    for n in range(likelihoods.shape[0]):
+        for g in range(networks.shape[0]):
+            log_scale = 0.0
+            for s in range(networks[g, 0], networks[g, 1]):
+                start, states, out, size = steps[s, 0], steps[s, 1], steps[s, 2], steps[s, 3]
+                first, end, gate, turns = steps[s, 4], steps[s, 5], steps[s, 6], steps[s, 7]
+                largest = 0.0
+                for o in range(size):
+                    if gate >= 0 and likelihoods[n, gate + (o // gates[s, 0]) % turns] == 0.0:
+                        messages[out + o] = 0.0
+                        continue
+                    total = 0.0
+                    if end == first + 1 and factors[first, 0] == 0:
+                        base = factors[first, 1] + maps[factors[first, 3] + o]
+                        stride = factors[first, 2]
+                        for j in range(states):
+                            total += tables[base + j * stride] * likelihoods[n, start + j]
+                    else:
+                        for j in range(states):
+                            product = likelihoods[n, start + j]
+                            if product == 0.0:
+                                continue
+                            for f in range(first, end):
+                                entry = (
+                                    factors[f, 1] + maps[factors[f, 3] + o] + j * factors[f, 2]
+                                )
+                                if factors[f, 0] == 1:
+                                    product *= messages[entry]
+                                else:
+                                    product *= tables[entry]
+                            total += product
+                    messages[out + o] = total
+                    largest = max(largest, total)
+                if largest > 0.0:
+                    for o in range(size):
+                        messages[out + o] /= largest
+                log_scale += np.log(largest)
+            total = 0.0
+            for k in range(states_target):
+                product = 1.0
+                if target_likelihood[g] >= 0:
+                    product = likelihoods[n, target_likelihood[g] + k]
+                for f in range(networks[g, 2], networks[g, 3]):
+                    entry = finals[f, 1] + k * finals[f, 2]
+                    if finals[f, 0] == 1:
+                        product *= messages[entry]
+                    else:
+                        product *= tables[entry]
+                posterior[g, n, k] = product
+                total += product
+            for k in range(states_target):
+                posterior[g, n, k] /= total
+            evidence[g, n] = log_scale + np.log(total)
+
+
+@dataclass(frozen=True, eq=False)
+class _Factor:
+    scope: tuple[int, ...]
+    shape: tuple[int, ...]
+    is_message: bool
+    start: int
+
+    def strides(self) -> dict[int, int]:
+        """Return how far apart two states of each variable lie in the flat table."""
+        steps = np.cumprod((1, *self.shape[::-1]))[:-1][::-1]
+        return dict(zip(self.scope, (int(s) for s in steps), strict=True))
+
+
+class _Compiler:
+    """Collects the flat arrays while networks are eliminated one after the other."""
+
+    def __init__(self) -> None:
+        self.tables: list[Array] = []
+        self.table_size = 0
+        self.message_size = 0
+        self.steps: list[list[int]] = []
+        self.gates: list[list[int]] = []
+        self.factors: list[list[int]] = []
+        self.maps: list[Index] = []
+        self.map_size = 0
+        self.networks: list[list[int]] = []
+        self.finals: list[list[int]] = []
+
+    def add(self, network: DiscreteNetwork, target: int, starts: Index, gate: int | None) -> None:
+        """Eliminate all variables of a network but the target, cheapest message first."""
+        states = network.states
+        live: list[_Factor] = []
+        for variable, (parents, table) in enumerate(
+            zip(network.parents, network.tables, strict=True)
+        ):
+            live.append(_Factor((*parents, variable), table.shape, False, self.table_size))
+            self.tables.append(np.ascontiguousarray(table, dtype=np.float64).ravel())
+            self.table_size += table.size
+        first_step = len(self.steps)
+        remaining = [v for v in range(len(states)) if v != target]
+        while remaining:
+            variable = min(remaining, key=lambda v: _cost(v, live, states))
+            remaining.remove(variable)
+            used = [f for f in live if variable in f.scope]
+            live = [f for f in live if variable not in f.scope]
+            live.append(self._eliminate(variable, used, states, starts, gate))
+        first_final = len(self.finals)
+        for factor in live:
+            stride = factor.strides().get(target, 0)
+            self.finals.append([int(factor.is_message), factor.start, stride])
+        self.networks.append([first_step, len(self.steps), first_final, len(self.finals)])
+
+    def _eliminate(
+        self, variable: int, used: list[_Factor], states: tuple[int, ...], starts: Index,
+        gate: int | None,
+    ) -> _Factor:  # fmt: skip
+        largest = max(used, key=lambda f: len(f.scope))
+        order = dict.fromkeys([*largest.scope, *(v for f in used for v in f.scope)])
+        scope = tuple(v for v in order if v != variable)
+        shape = tuple(states[v] for v in scope)
+        size = int(np.prod(shape, dtype=np.int64))
+        grid = np.indices(shape).reshape(len(shape), size) if shape else np.zeros((0, 1), np.int64)
+        first = len(self.factors)
+        for factor in used:
+            strides = factor.strides()
+            entries = np.zeros(size, dtype=np.int64)
+            for position, other in enumerate(scope):
+                entries += grid[position] * strides.get(other, 0)
+            self.factors.append(
+                [int(factor.is_message), factor.start, strides[variable], self.map_size]
+            )
+            self.maps.append(entries)
+            self.map_size += size
+        message = _Factor(scope, shape, True, self.message_size)
+        gated = gate is not None and gate in scope
+        self.steps.append([
+            int(starts[variable]), states[variable], message.start, size, first, len(self.factors),
+            int(starts[gate]) if gate is not None and gated else -1,
+            states[gate] if gate is not None and gated else 1,
+        ])  # fmt: skip
+        self.gates.append([message.strides()[gate] if gate is not None and gated else 1])
+        self.message_size += size
+        return message
+
+
+def _cost(variable: int, live: Sequence[_Factor], states: tuple[int, ...]) -> float:
+    scope = {v for f in live if variable in f.scope for v in f.scope}
+    return float(np.prod([states[v] for v in scope], dtype=np.float64))
+
+
+def compile_networks(
+    networks: Sequence[DiscreteNetwork],
+    target: str,
+    starts: Sequence[Index],
+    gate: str | None = None,
+) -> Schedule:
+    """Return one schedule that answers p(target | evidence) in all the networks.
+
+    Args:
+        networks: G networks that contain the target with the same number of states.
+        target: the variable asked for.
+        starts: per network (V,): where the likelihoods of each of its variables begin in the shared
+            vector; -1 only for the target (no evidence about it).
+        gate: a variable whose evidence is often one-hot (the object class): entries of messages that
+            its zeros rule out are skipped.
+
+    Raises:
+        ValueError: if the target's states differ or a variable has no likelihoods.
+    """
+    compiler = _Compiler()
+    target_starts = []
+    sizes = {network.states[network.names.index(target)] for network in networks}
+    if len(sizes) != 1:
+        raise ValueError(f"{target}: expected the same number of states everywhere, got {sizes}")
+    for network, start in zip(networks, starts, strict=True):
+        index = network.names.index(target)
+        if any(s < 0 for v, s in enumerate(start) if v != index):
+            raise ValueError("expected likelihoods for every variable but the target")
+        has_gate = gate is not None and gate in network.names and gate != target
+        compiler.add(
+            network, index, start, network.names.index(gate) if gate and has_gate else None
+        )
+        target_starts.append(int(start[index]))
+    return Schedule(
+        tables=np.concatenate(compiler.tables),
+        workspace=max(compiler.message_size, 1),
+        steps=np.array(compiler.steps, dtype=np.int64).reshape(-1, 8),
+        gates=np.array(compiler.gates, dtype=np.int64).reshape(-1, 1),
+        factors=np.array(compiler.factors, dtype=np.int64).reshape(-1, 4),
+        maps=np.concatenate(compiler.maps) if compiler.maps else np.zeros(0, np.int64),
+        networks=np.array(compiler.networks, dtype=np.int64),
+        finals=np.array(compiler.finals, dtype=np.int64),
+        target_states=sizes.pop(),
+        target_likelihood=np.array(target_starts, dtype=np.int64),
+    )
+
+
+def compile_single(network: DiscreteNetwork, target: str) -> Schedule:
+    """Return the schedule of one network whose likelihood vector is its variables in order."""
+    ends = np.cumsum(network.states)
+    starts = (ends - np.array(network.states)).astype(np.int64)
+    return compile_networks([network], target, [starts])
