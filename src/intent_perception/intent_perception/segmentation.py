@@ -1,0 +1,48 @@
+"""Which pixels of a scene may be objects: what stands on the table, in clusters."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_perception.oriented_image import OrientedImage
+from intent_perception.table import TablePlane
+
+_LOWEST = 0.005  # what is lower belongs to the table [m]
+_HIGHEST = 0.50  # what is higher is no object on the table [m]
+_MARGIN = 0.01  # objects may reach this far over the table's visible edge [m]
+_SMALLEST = 40  # fewer connected pixels are noise
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """The parts of an oriented image."""
+
+    table: TablePlane | None
+    """The plane that objects stand on, None if there is none."""
+    height: NDArray[np.float32]
+    """(H, W) above the table [m]; 0 without a table."""
+    mask: NDArray[np.uint8]
+    """(H, W) 1 where an object may be, else 0."""
+    clusters: NDArray[np.int32]
+    """(H, W) number of the connected cluster of object pixels from 1 on, 0 = none."""
+
+
+def segment(image: OrientedImage, table: TablePlane | None) -> Segmentation:
+    """Return the object pixels: everything above the table, or everything if there is none."""
+    if table is None:
+        height = np.zeros_like(image.depth)
+        mask = image.valid
+    else:
+        points = image.points()
+        height = np.where(image.valid, table.height(points), np.float32(0.0))
+        mask = (height > _LOWEST) & (height < _HIGHEST)
+        rows, columns = np.nonzero(mask)
+        mask[rows, columns] = table.over_table(points[rows, columns], _MARGIN)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    large = stats[:, cv2.CC_STAT_AREA] >= _SMALLEST
+    large[0] = False
+    number = np.where(large, np.cumsum(large), 0).astype(np.int32)
+    clusters = number[labels] if count > 1 else np.zeros_like(labels)
+    return Segmentation(table, height, (clusters > 0).astype(np.uint8), clusters)
