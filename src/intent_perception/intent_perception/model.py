@@ -95,7 +95,8 @@ class Symmetry:
         spins[:, :3, :3] = rotation_from_vector(angles * self.axis)
         if self.center is not None:
             spins[:, :3, 3] = self.center - spins[:, :3, :3] @ self.center
-        return np.einsum("aij,bjk->abik", spins, discrete).reshape(-1, 4, 4)
+        products: Array = np.einsum("aij,bjk->abik", spins, discrete).reshape(-1, 4, 4)
+        return products
 
 
 @dataclass(frozen=True, eq=False)

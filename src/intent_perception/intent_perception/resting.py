@@ -1,14 +1,15 @@
 """Poses in which an object can stand or lie on a table."""
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, cKDTree
 
 from intent_perception.geometry import Array, make_pose, rotation_between
 from intent_perception.mesh import Mesh
 from intent_perception.model import Symmetry
 
-_SAME_NORMAL = np.cos(np.deg2rad(1.0))
 _SAME_POSE = np.cos(np.deg2rad(12.0))
+_NEAR = np.deg2rad(9.0)
+_LOWER = 5e-5  # [m]
 
 
 def stable_poses(
@@ -16,10 +17,10 @@ def stable_poses(
 ) -> Array:
     """Return the poses in which a mesh rests on a plane, the likeliest first.
 
-    Each facet of the convex hull whose plane has the centre of mass above its inside is a rest;
-    from every other facet the object rolls over an edge to the next. A rest's probability is the
-    share of directions, seen from the centre of mass, that end there. Rests that differ by a
-    symmetry or by less than 12° of tilt are one.
+    Each facet of the convex hull whose plane has the centre of mass above its inside is a rest,
+    unless a facet within 9° is lower; from every other facet the object rolls to the next. The
+    probability of a rest is the share of directions, seen from the centre of mass, that end there.
+    Rests that differ by a symmetry or by less than 12° of tilt are one.
 
     Args:
         mesh: object; an open one counts as a shell.
@@ -53,17 +54,20 @@ def _rest_probabilities(hull: ConvexHull, center: Array) -> Array:
     normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
     height = -(normals @ center + offsets)
     weights = _solid_angles(corners - center) / (4.0 * np.pi)
-    # Rolling lowers the centre of mass: the lowest neighbour, or nothing lower, is the next.
+    # The object rolls over an edge that the centre of mass is beyond; and along a strip of facets,
+    # which stands for a round surface, to a facet nearby that is lower.
     around = np.column_stack([np.arange(len(height)), hull.neighbors])
     over = _outside_edges(corners, normals, center + normals * -height[:, None])
-    over[:, 0] = False
-    tilted = np.where(over, height[around], np.inf)
-    target = np.where(over.any(axis=1), around[np.arange(len(height)), tilted.argmin(axis=1)], -1)
-    coplanar = target >= 0
+    lowest = np.where(over, height[around], np.inf)
+    over_edge = around[np.arange(len(height)), lowest.argmin(axis=1)]
+    near = cKDTree(normals).query_ball_point(normals, 2.0 * np.sin(_NEAR / 2.0))
+    along = np.array([facets[int(height[facets].argmin())] for facets in near])
+    lower = height[along] < height - _LOWER
+    target = np.where(lower, along, np.where(over.any(axis=1), over_edge, -1))
     probability = np.zeros(len(height))
     for facet in range(len(height)):
         current, steps = facet, 0
-        while coplanar[current] and steps < 200:
+        while target[current] >= 0 and steps < 200:
             current, steps = int(target[current]), steps + 1
         probability[current] += weights[facet]
     return probability
