@@ -1,0 +1,92 @@
+"""Grasp hypotheses of an object and their features: from the library, or planned on the fly."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from intent_perception.sdf import SignedDistance
+
+from intent_imitation.library import GraspLibrary, GraspSet
+from intent_inference.features import Features
+from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_perception.geometry import quaternion_from_rotation
+from intent_perception.objects import ObjectDatabase, ObjectModel
+from intent_tracking.features import palm_center
+
+
+@dataclass(frozen=True, eq=False)
+class Hypotheses:
+    """G grasps of one object with Table I, ready for BN^R."""
+
+    grasps: GraspSet
+    features: Features
+    """O, A and C of every grasp, G rows."""
+    object_features: Features
+    """O alone, one row."""
+
+
+class HypothesisSource:
+    """Gives the hypotheses of any object of a database, each computed once."""
+
+    def __init__(
+        self, database: ObjectDatabase, library: GraspLibrary, hand: GraspingHand, tries: int
+    ) -> None:
+        self._database = database
+        self._library = library
+        self._hand = hand
+        self._tries = tries
+        self._distances: dict[str, SignedDistance] = {}
+        self._known: dict[tuple[str, str], Hypotheses] = {}
+
+    def distance(self, model: str) -> SignedDistance:
+        """Return the signed distance of a model's mesh, in its object frame."""
+        if model not in self._distances:
+            self._distances[model] = SignedDistance.from_mesh(self._database[model].mesh)
+        return self._distances[model]
+
+    def of(self, model: str, object_class: str) -> Hypotheses:
+        """Return the hypotheses of a model as one of a class ("" = unknown)."""
+        key = (model, object_class)
+        if key not in self._known:
+            self._known[key] = hypotheses_of(
+                self._database[model], object_class, self._grasps(model), self._hand
+            )
+        return self._known[key]
+
+    def _grasps(self, model: str) -> GraspSet:
+        stored = self._library.sets.get(model)
+        if stored is not None:
+            return stored
+        raise NotImplementedError
+
+
+def hypotheses_of(
+    model: ObjectModel, object_class: str, grasps: GraspSet, hand: GraspingHand
+) -> Hypotheses:
+    """Return grasps of a model with their features.
+
+    Args:
+        model: the object; its mesh gives size and convexity.
+        object_class: as recognised, "" where unknown.
+        grasps: of that object.
+        hand: the robot's hand.
+    """
+    count = len(grasps)
+    known = object_features(model, object_class)
+    features = {name: np.repeat(value, count, axis=0) for name, value in known.items()}
+    palms = grasps.T_object_hand[:, :3, :3] @ palm_center(hand.table)
+    palms += grasps.T_object_hand[:, :3, 3] - model.center
+    features["npos"] = palms / np.linalg.norm(palms, axis=1, keepdims=True)
+    features["dir"] = quaternion_from_rotation(grasps.T_object_hand[:, :3, :3])
+    features["fcon"] = grasps.grasp_joints
+    features["fvol"] = grasps.free_volume
+    features["coc"] = grasps.contact_center
+    features["gbvl"] = grasps.grasped_box
+    return Hypotheses(grasps, features, known)
+
+
+def object_features(model: ObjectModel, object_class: str) -> Features:
+    """Return the O features of a model as one row; an open mesh has no convexity."""
+    features: Features = {"obcl": np.array([object_class]), "size": model.size[None]}
+    if model.mesh.is_watertight and model.mesh.volume > 0.0:
+        features["conv"] = np.array([[model.convexity]])
+    return features

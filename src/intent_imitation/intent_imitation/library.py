@@ -1,0 +1,107 @@
+"""Preplanned grasps of the robot's hand, stored per object and never with labels or margins."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_inference.simulation.grasping_hand import GraspingHand
+
+Array = NDArray[np.float64]
+
+SHARE = Path(__file__).parent / "share" / "libraries"
+
+
+@dataclass(frozen=True, eq=False)
+class GraspSet:
+    """G grasps of one object, all in the object frame."""
+
+    T_object_hand: Array
+    """(G, 4, 4) base of the hand when the fingers have closed."""
+    approach: Array
+    """(G, 3) unit direction of the approach in the object frame."""
+    pregrasp_joints: Array
+    """(G, J) [rad]."""
+    grasp_joints: Array
+    """(G, J) [rad]."""
+    stability: Array
+    """(G,) in [0, 1]: shaken grasps by their rest after the shake, others by the static filter."""
+    free_volume: Array
+    """(G, 1) `fvol` of Table I."""
+    contact_center: Array
+    """(G, 3) `coc` of Table I."""
+    grasped_box: Array
+    """(G, 3) `gbvl` of Table I [m]."""
+    shaken: NDArray[np.bool_]
+    """(G,) whether the grasp passed the shake test."""
+
+    def __post_init__(self) -> None:
+        count = len(self.T_object_hand)
+        for field in fields(self):
+            if len(getattr(self, field.name)) != count:
+                raise ValueError(f"expected {count} rows of {field.name}")
+
+    def __len__(self) -> int:
+        return len(self.T_object_hand)
+
+
+@dataclass(frozen=True, eq=False)
+class GraspLibrary:
+    """Grasp sets of the objects that the robot has practised with."""
+
+    hand: str
+    """Name of the robot's hand."""
+    sets: Mapping[str, GraspSet]
+    """By model name."""
+
+    @classmethod
+    def load(cls, path: Path | None = None, hand: str = "schunk") -> "GraspLibrary":
+        """Return the library of a file, or the shipped one of a hand.
+
+        Raises:
+            ValueError: if the file is missing or damaged, with the remedy.
+        """
+        source = path if path is not None else SHARE / f"{hand}.npz"
+        remedy = "rebuild it: python -m intent_imitation.build_library"
+        if not source.is_file():
+            raise ValueError(f"no grasp library {source}; {remedy}")
+        try:
+            with np.load(source, allow_pickle=False) as stored:
+                columns = {name: np.asarray(stored[name]) for name in stored.files}
+            name = str(columns.pop("hand"))
+            models, rows = columns.pop("models"), columns.pop("model")
+            sets = {str(m): _rows(columns, rows == k) for k, m in enumerate(models)}
+        except (KeyError, OSError, ValueError, EOFError) as error:
+            raise ValueError(f"damaged grasp library {source} ({error}); {remedy}") from error
+        joints = len(GraspingHand.load(name).table.joint_names)
+        for model, grasps in sets.items():
+            if grasps.grasp_joints.shape[1] != joints:
+                raise ValueError(f"library {source}: {model} is for another hand; {remedy}")
+        return cls(name, sets)
+
+    def save(self, path: Path) -> None:
+        """Write the library to an .npz file without pickle; lengths and angles as float32."""
+        models = sorted(self.sets)
+        columns: dict[str, NDArray[np.generic]] = {
+            "hand": np.array(self.hand),
+            "models": np.array(models),
+            "model": np.concatenate(
+                [np.full(len(self.sets[m]), k, dtype=np.int16) for k, m in enumerate(models)]
+            ),
+        }
+        for field in fields(GraspSet):
+            values = np.concatenate([getattr(self.sets[m], field.name) for m in models])
+            columns[field.name] = values if values.dtype == bool else values.astype(np.float32)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(path, **columns)  # type: ignore[arg-type]
+
+
+def _rows(columns: Mapping[str, NDArray[np.generic]], chosen: NDArray[np.bool_]) -> GraspSet:
+    """Return the chosen rows as a grasp set of float64."""
+    values = {}
+    for field in fields(GraspSet):
+        column = columns[field.name][chosen]
+        values[field.name] = column if column.dtype == bool else column.astype(np.float64)
+    return GraspSet(**values)  # type: ignore[arg-type]

@@ -1,0 +1,63 @@
+"""What the robot intends to do: objects and grasps that fit the task (Sec. IV-D)."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ObjectChoice:
+    """How well one object on the robot's table serves the task."""
+
+    id: str
+    """Name of the recognised object."""
+    object_class: str
+    """Class, empty where the recogniser knows none."""
+    probability: float
+    """p(o | t*, BN^R) over the objects on the table; sums to one over them."""
+    affords: bool
+    """Whether p(t* | o) and at least one reachable grasp say that the object can do it."""
+
+
+@dataclass(frozen=True, eq=False)
+class GraspCandidate:
+    """A grasp of the robot's hand, re-checked at the object's recognised pose."""
+
+    object_id: str
+    T_table_hand: Array
+    """(4, 4) base of the robot hand (Schunk: z = approach) when the fingers have closed."""
+    approach: Array
+    """(3,) unit direction of the last stretch of the way, in the table frame."""
+    pregrasp_joints: Array
+    """(J,) posture of the open hand while it approaches [rad]."""
+    grasp_joints: Array
+    """(J,) posture of the closed hand [rad]."""
+    score: float
+    """The value that ranks the candidates; higher is better."""
+    score_parts: dict[str, float] = field(default_factory=dict)
+    """`task`: p(t* | o*, a); `stability` in [0, 1]; `clearance` to table and neighbours [m]."""
+    shaken: bool = True
+    """Whether the grasp has passed the shake test in simulation; False: static filter only."""
+
+
+@dataclass(frozen=True, eq=False)
+class GraspPlan:
+    """The robot's answer to one demonstrated intention."""
+
+    stamp: int
+    """Stamp of the posterior that it answers [ns]."""
+    task: str
+    """t*, the task to be imitated."""
+    nothing_affords: bool
+    """True where no object on the table serves the task; `grasps` is then empty."""
+    objects: tuple[ObjectChoice, ...]
+    """Best first."""
+    grasps: tuple[GraspCandidate, ...]
+    """Best first, all of the chosen object."""
+    hand: str
+    """Name of the robot hand."""
+    joint_names: tuple[str, ...]
+    """(J,) order of the joint postures."""

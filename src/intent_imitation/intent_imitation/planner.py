@@ -1,0 +1,220 @@
+"""From the inferred task to an object and a grasp for the robot's own hand (Sec. IV-D, Fig. 6).
+
+o* = argmax p(o | t*, BN^R) over the objects on the robot's table, then a* = argmax
+p(a | o*, t*, BN^R) over preplanned grasps of o*. With every preplanned grasp equally likely before
+the task is known, the second is the grasp with the greatest p(t* | o*, a), which BN^R answers.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from intent_imitation.collision import Obstacle, clearances
+from intent_imitation.hypotheses import Hypotheses, HypothesisSource
+from intent_imitation.library import GraspLibrary
+from intent_imitation.plan import Array, GraspCandidate, GraspPlan, ObjectChoice
+from intent_inference.intention import TaskPosterior
+from intent_inference.model import TaskModel
+from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_perception.objects import ObjectDatabase
+from intent_perception.recognition import RecognizedObjects
+
+__all__ = ["GraspCandidate", "GraspPlan", "GraspPlanner", "ObjectChoice", "PlannerConfig"]
+
+
+@dataclass(frozen=True)
+class PlannerConfig:
+    """What counts as fit for a task, and how much room the hand needs."""
+
+    minimum_object: float = 0.2
+    """Least p(t* | o) of an object that may be chosen."""
+    minimum_grasp: float = 0.5
+    """Least p(t* | o, a) of its best reachable grasp; below, the object is unfit."""
+    table_gap: float = 0.004
+    """Least gap between hand and table on the way [m]."""
+    neighbour_gap: float = 0.005
+    """Least gap between hand and other objects on the way [m]."""
+    target_gap: float = -0.008
+    """Least gap between open hand and its object; below 0: fingers may push in that far [m]."""
+    grasps: int = 10
+    """Number of grasps in a plan."""
+    batch: int = 24
+    """Number of grasps checked for collision at a time, most promising first."""
+    stability_weight: float = 0.5
+    """Exponent of the stability in the score; 0: p(t* | o, a) alone."""
+    unshaken: int = 600
+    """Number of grasps tried on the fly for an object without a library."""
+
+    def __post_init__(self) -> None:
+        for name in ("minimum_object", "minimum_grasp"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ValueError(f"expected {name} in 0..1, got {getattr(self, name)}")
+        if min(self.grasps, self.batch, self.unshaken) < 1:
+            raise ValueError("expected grasps, batch and unshaken of at least 1")
+        if self.stability_weight < 0.0:
+            raise ValueError(f"expected stability_weight >= 0, got {self.stability_weight}")
+
+
+@dataclass(frozen=True, eq=False)
+class _Option:
+    """One object with what BN^R says of it for the task at hand."""
+
+    id: str
+    object_class: str
+    chance: float
+    """p(t* | o)."""
+    grasps: tuple[GraspCandidate, ...]
+    """Reachable grasps, best first."""
+
+    @property
+    def best(self) -> float:
+        """p(t* | o, a) of the best reachable grasp, 0 without one."""
+        return max((grasp.score_parts["task"] for grasp in self.grasps), default=0.0)
+
+
+class GraspPlanner:
+    """Answers a task with the fitting object on the robot's table and ranked grasps of it."""
+
+    def __init__(
+        self,
+        database: ObjectDatabase,
+        config: PlannerConfig | None = None,
+        model: TaskModel | None = None,
+        library: GraspLibrary | None = None,
+    ) -> None:
+        """Take what the robot knows.
+
+        Args:
+            database: objects that can be recognised.
+            config: thresholds.
+            model: BN^R; default: the shipped one of the library's hand.
+            library: preplanned grasps; default: the shipped ones of the Schunk hand.
+        """
+        self._config = config or PlannerConfig()
+        library = library if library is not None else GraspLibrary.load()
+        self._model = model if model is not None else TaskModel.shipped(library.hand)
+        self._hand = GraspingHand.load(library.hand)
+        self._source = HypothesisSource(database, library, self._hand, self._config.unshaken)
+        self._objects: RecognizedObjects | None = None
+
+    def start(self, objects: RecognizedObjects) -> None:
+        """Take what was recognised on the robot's table; it holds until the next start."""
+        self._objects = objects
+
+    def step(self, posterior: TaskPosterior) -> GraspPlan | None:
+        """Return the answer to a final posterior; None while it is preliminary or says nothing."""
+        if posterior.preliminary or posterior.best is None or self._objects is None:
+            return None
+        return self.plan(posterior.best, posterior.stamp)
+
+    def plan(self, task: str, stamp: int = 0) -> GraspPlan:
+        """Return the plan for a task on the table of the last start.
+
+        Raises:
+            ValueError: if there was no start or BN^R does not know the task.
+        """
+        if self._objects is None:
+            raise ValueError("expected start(objects) before plan(task)")
+        if task not in self._model.tasks:
+            raise ValueError(f"BN^R knows the tasks {self._model.tasks}, not {task!r}")
+        options = [self._option(index, task) for index in range(len(self._objects.objects))]
+        options.sort(key=lambda option: -option.chance * option.best)
+        total = sum(option.chance * option.best for option in options)
+        choices = tuple(
+            ObjectChoice(
+                option.id,
+                option.object_class,
+                option.chance * option.best / total if total > 0.0 else 1.0 / len(options),
+                self._affords(option),
+            )
+            for option in options
+        )
+        fit = [option for option in options if self._affords(option)]
+        return GraspPlan(
+            stamp,
+            task,
+            not fit,
+            choices,
+            fit[0].grasps[: self._config.grasps] if fit else (),
+            self._hand.name,
+            self._hand.table.joint_names,
+        )
+
+    def _affords(self, option: _Option) -> bool:
+        config = self._config
+        return option.chance >= config.minimum_object and option.best >= config.minimum_grasp
+
+    def _option(self, index: int, task: str) -> _Option:
+        """Return one object with its reachable grasps for the task."""
+        assert self._objects is not None  # plan() has checked it
+        item = self._objects.objects[index]
+        hypotheses = self._source.of(item.model, item.object_class)
+        column = self._model.tasks.index(task)
+        chance = float(self._model.posterior(hypotheses.object_features)[0, column])
+        task_chance = self._model.posterior(hypotheses.features)[:, column]
+        grasps = self._reachable(index, hypotheses, task_chance)
+        return _Option(item.id, item.object_class, chance, grasps)
+
+    def _reachable(
+        self, index: int, hypotheses: Hypotheses, task_chance: Array
+    ) -> tuple[GraspCandidate, ...]:
+        """Return the best collision-free grasps of an object at its recognised pose."""
+        grasps = hypotheses.grasps
+        score = task_chance * grasps.stability**self._config.stability_weight
+        found: list[GraspCandidate] = []
+        order = np.argsort(-score, kind="stable")
+        for first in range(0, len(order), self._config.batch):
+            rows = order[first : first + self._config.batch]
+            found += self._checked(index, hypotheses, rows, task_chance, score)
+            if len(found) >= self._config.grasps:
+                break
+        return tuple(found[: self._config.grasps])
+
+    def _checked(
+        self, index: int, hypotheses: Hypotheses, rows: Array, task_chance: Array, score: Array
+    ) -> list[GraspCandidate]:
+        """Return those of some rows of the hypotheses that collide with nothing."""
+        assert self._objects is not None
+        items = self._objects.objects
+        pose = items[index].T_table_object
+        grasps = hypotheses.grasps
+        T_table_hands = pose @ grasps.T_object_hand[rows]
+        approaches = grasps.approach[rows] @ pose[:3, :3].T
+        obstacles = [Obstacle(o.T_table_object, self._source.distance(o.model)) for o in items]
+        target = obstacles.pop(index)
+        gaps = clearances(
+            self._hand,
+            T_table_hands,
+            approaches,
+            grasps.pregrasp_joints[rows],
+            grasps.grasp_joints[rows],
+            target,
+            tuple(obstacles),
+        )
+        free = (gaps.table >= self._config.table_gap) & (gaps.target >= self._config.target_gap)
+        free &= gaps.neighbours >= self._config.neighbour_gap
+        return [
+            GraspCandidate(
+                items[index].id,
+                T_table_hands[k],
+                approaches[k],
+                grasps.pregrasp_joints[row],
+                grasps.grasp_joints[row],
+                float(score[row]),
+                {
+                    "task": float(task_chance[row]),
+                    "stability": float(grasps.stability[row]),
+                    "clearance": float(gaps.surroundings[k]),
+                },
+                bool(grasps.shaken[row]),
+            )
+            for k, row in enumerate(rows)
+            if free[k]
+        ]
+
+
+def with_hidden_classes(objects: RecognizedObjects) -> RecognizedObjects:
+    """Return the same objects as if nobody had told their classes."""
+    return replace(
+        objects, objects=tuple(replace(item, object_class="") for item in objects.objects)
+    )
