@@ -89,6 +89,8 @@ class TaskModel:
     networks: tuple[TaskNetworks, ...]
     description: dict[str, str]
     """Origin: data, seed, counts."""
+    compared: tuple[TaskNetworks, ...] = ()
+    """Networks that take no part in the answers (evaluation); not saved."""
 
     @property
     def tasks(self) -> tuple[str, ...]:

@@ -63,6 +63,10 @@ class TrainingConfig:
     """Parts of the data for the held-out predictions that calibration needs."""
     most_rows: int = 6000
     """Most rows per task, balanced between afforded and not."""
+    masks: tuple[str, ...] | None = None
+    """Sets of observed variables to calibrate for (names of `split_observed`); None: all."""
+    compared: tuple[Recipe, ...] = ()
+    """Further networks that take no part in the answer (evaluation)."""
 
     def __post_init__(self) -> None:
         if not self.recipes:
@@ -155,26 +159,33 @@ def train(
     assignments = assign(table.features, quantisers, classes)
     variables = tuple(n for n in table.features if n in quantisations or (n == OBJECT_CLASS and classes))
     fitted: list[tuple[TaskNetworks, Rows]] = []
+    compared = []
     for task, labels in table.labels.items():
         rows = balanced_rows(labels, rng, config.most_rows)
         own = {key: shares[rows] for key, shares in assignments.items()}
         networks = fit_networks(task, own, labels[rows], quantisations, config.recipes)
         fitted.append((networks, rows))
-    used = {key for networks, _ in fitted for m in networks.members for key in m.keys.values()}
+        compared.append(fit_networks(task, own, labels[rows], quantisations, config.compared))
+    everything = [*compared, *(networks for networks, _ in fitted)]
+    used = {key for networks in everything for m in networks.members for key in m.keys.values()}
     model = TaskModel(
         classes=classes,
         variables=variables,
         quantisers={key: q for key, q in quantisers.items() if key in used},
         networks=tuple(networks for networks, _ in fitted),
         description={"rows": str(table.rows)},
+        compared=tuple(compared),
     )
+    masks = split_observed(variables)
+    if config.masks is not None:
+        masks = {name: masks[name] for name in config.masks if name in masks}
     calibrated = tuple(
         replace(
             networks,
             calibrations=calibrations_of(
                 model, networks, select_rows(table.features, rows),
                 {key: assignments[key][rows] for key in used},
-                table.labels[networks.task][rows], rng, config.folds,
+                table.labels[networks.task][rows], rng, config.folds, masks,
             ),
         )
         for networks, rows in fitted
@@ -236,15 +247,17 @@ def calibrations_of(
     labels: Array,
     rng: np.random.Generator,
     folds: int,
+    masks: dict[str, tuple[str, ...]],
 ) -> tuple[Calibration, ...]:
     """Return the calibration for every set of observed variables, from held-out predictions.
 
     Structure and states are kept; each part's rows are taken out of the counts before it is
     predicted, which is exact because counts add.
     """
+    if not masks:
+        return ()
     rows = count_rows(features)
     part = rng.permutation(np.arange(rows) % folds)
-    masks = split_observed(model.variables)
     odds = {mask: np.zeros((rows, len(networks.members))) for mask in masks}
     one_hot = np.eye(2)[labels.astype(np.int64)]
     for fold in range(folds):

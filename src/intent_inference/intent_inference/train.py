@@ -1,0 +1,87 @@
+"""Command: a table of labelled grasps to a model, or more demonstrations into one.
+
+    python -m intent_inference.train --data D.csv.gz --out MODEL.npz [--figures DIR]
+    python -m intent_inference.train add --model MODEL.npz --data MORE.csv.gz [--out NEW.npz]
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from intent_inference.dataset import read_grasps
+from intent_inference.learning.fitting import DEFAULT_RECIPES, Recipe, TrainingConfig, train
+from intent_inference.learning.updating import add_demonstrations
+from intent_inference.model import TaskModel
+
+
+def recipes_of(text: str) -> tuple[Recipe, ...]:
+    """Return the recipes of a list such as "paper/paper,tan/information"; empty: the default."""
+    if not text:
+        return DEFAULT_RECIPES
+    recipes = []
+    for item in text.split(","):
+        structure, _, states = item.partition("/")
+        recipes.append(Recipe(structure, states or "information"))
+    return tuple(recipes)
+
+
+def _train(arguments: argparse.Namespace) -> TaskModel:
+    table = read_grasps(arguments.data, arguments.tasks.split(",") if arguments.tasks else None)
+    config = TrainingConfig(recipes=recipes_of(arguments.structure))
+    rng = np.random.default_rng(arguments.seed)
+    model = train(table, rng, config)
+    if arguments.figures:
+        from intent_inference.learning.figures import draw_structures, draw_training
+
+        draw_training(table, np.random.default_rng(arguments.seed), Path(arguments.figures))
+        draw_structures(model, Path(arguments.figures) / "fig4_structures.png")
+    return model
+
+
+def _add(arguments: argparse.Namespace) -> TaskModel:
+    model = TaskModel.load(arguments.model)
+    table = read_grasps(arguments.data, arguments.tasks.split(",") if arguments.tasks else None)
+    return add_demonstrations(model, table, arguments.weight)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    parser = argparse.ArgumentParser(prog="intent_inference.train", description=__doc__)
+    parser.add_argument("--data", required=True, help="CSV of grasps, columns as of `simulate`")
+    parser.add_argument("--out", help="model file to write")
+    parser.add_argument("--tasks", default="", help="label columns, by commas; default: all found")
+    arguments_list = sys.argv[1:] if argv is None else argv
+    adding = arguments_list[:1] == ["add"]
+    if adding:
+        parser.add_argument("--model", required=True, help="model file to add to")
+        parser.add_argument("--weight", type=float, default=1.0, help="how much a grasp counts")
+    else:
+        parser.add_argument("--seed", type=int, default=1)
+        parser.add_argument(
+            "--structure", default="",
+            help="networks to average, e.g. paper/paper,tan/information,class-tan/8",
+        )  # fmt: skip
+        parser.add_argument("--figures", help="folder for Figs. 2 and 4")
+    arguments = parser.parse_args(arguments_list[1:] if adding else arguments_list)
+    out = arguments.out or (arguments.model if adding else None)
+    if out is None:
+        parser.error("expected --out MODEL")
+    started = time.process_time()
+    try:
+        model = _add(arguments) if adding else _train(arguments)
+    except ValueError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    model.save(out)
+    seconds = time.process_time() - started
+    print(f"{out}: {len(model.tasks)} tasks {', '.join(model.tasks)}; {seconds:.1f} s CPU")
+    for networks in model.networks:
+        print(f"  {networks.task}: {', '.join(member.recipe for member in networks.members)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
