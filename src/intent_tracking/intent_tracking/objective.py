@@ -1,0 +1,226 @@
+"""Rendered costs of a posed hand and objects against the observed tile, compiled.
+
+Two costs share the same z-buffers. The first is the published one (Oikonomidis et al., BMVC 2011)
+with objects as further rendered bodies, lengths in cm inside D, angles in rad:
+
+    D = sum min(|o_d - r_d|, 4 cm) / (sum(o_f v r_f) + eps)
+        + 20 (1 - 2 sum(o_s ^ r_m) / (sum(o_s ^ r_m) + sum(o_s v r_m)))  for hand and for objects
+    E = D + 10 kc,  kc = sum over neighbouring fingers of -min(phi, 0)
+
+o_d, r_d: observed and rendered depth; o_s: observed hand (object) pixels; r_m: rendered hand
+(object) pixels whose depth agrees within 1 cm or is missing; phi: angle by which a finger is
+abducted less than its neighbour on the little finger's side, plus the gap at rest.
+
+The second is a sum over pixels, so that the change by one finger needs that finger's pixels only:
+
+    C = sum_valid  b (min(|o_d - r_d| / 4 cm, 1) + |o_s - r_s| / 2) + 1.5 (1 - b) (o_f + r_f)
+
+b = 1 where both are foreground. A model pixel behind an unknown occluder counts as not rendered.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from intent_tracking.hand_kernel import JIT, Single, new_hand_buffers, place_hand, turn
+from intent_tracking.object_kernel import signed_distance
+from intent_tracking.raster import FAR, draw_capsule, draw_mesh
+
+SKIN_WEIGHT = np.float32(20.0)
+KINEMATIC_WEIGHT = np.float32(10.0)
+PENETRATION_WEIGHT = np.float32(3000.0)
+REST_GAP = np.float32(0.15)
+
+
+class Labelled(NamedTuple):
+    """The observed tile with every pixel's body."""
+
+    depth: Single
+    """(S, S) [m], 0 = missing."""
+    hand: Single
+    """(S, S) 1 where the hand is seen."""
+    thing: Single
+    """(S, S) 1 where a tracked object is seen."""
+    valid: Single
+    """(S, S) 0 where nothing can be said: missing depth, forearm."""
+    u0: np.float32
+    v0: np.float32
+    step: np.float32
+
+
+@njit(**JIT)
+def forth_cost(hand_depth, thing_depth, seen):  # type: ignore[no-untyped-def]
+    """Return D of two z-buffers (S, S) against the `Labelled` tile."""
+    one, zero, two = np.float32(1.0), np.float32(0.0), np.float32(2.0)
+    total, area = zero, zero
+    hand_and, hand_or, thing_and, thing_or = zero, zero, zero, zero
+    size = hand_depth.shape[0]
+    for row in range(size):
+        zh, zt, d = hand_depth[row], thing_depth[row], seen.depth[row]
+        oh, ot = seen.hand[row], seen.thing[row]
+        for j in range(size):
+            z = min(zh[j], zt[j])
+            missing = d[j] <= zero
+            observed = oh[j] + ot[j]
+            hidden = (not missing) and observed == zero and d[j] < z - np.float32(0.015)
+            front = one if (z < np.float32(100.0) and not hidden) else zero
+            hand = front if zh[j] < zt[j] else zero
+            thing = front - hand
+            difference = abs(z - d[j])
+            union = max(front, observed)
+            total += zero if missing else union * min(difference, np.float32(0.04))
+            area += union
+            agree = one if (missing or difference < np.float32(0.01)) else zero
+            hand_and += hand * oh[j] * agree
+            hand_or += oh[j] if missing else max(hand, oh[j])
+            thing_and += thing * ot[j] * agree
+            thing_or += ot[j] if missing else max(thing, ot[j])
+    eps = np.float32(1e-6)
+    cost = np.float32(100.0) * total / (area + eps)
+    cost += SKIN_WEIGHT * (one - two * hand_and / (hand_and + hand_or + eps))
+    if thing_or > zero:
+        cost += SKIN_WEIGHT * (one - two * thing_and / (thing_and + thing_or + eps))
+    return cost
+
+
+@njit(**JIT)
+def finger_crossing(state):  # type: ignore[no-untyped-def]
+    """Return kc [rad] of a state: abduction is positive towards the thumb."""
+    total = np.float32(0.0)
+    for finger in range(1, 4):
+        gap = state[6 + 4 * finger] - state[10 + 4 * finger] + REST_GAP
+        total -= min(gap, np.float32(0.0))
+    return total
+
+
+@njit(**JIT)
+def penetration(hand, buffers, objects, state, rotations, first, last, gradient):  # type: ignore[no-untyped-def]
+    """Return how deep samples of capsules first..last-1 lie inside the objects, summed [m]."""
+    total = np.float32(0.0)
+    for k in range(objects.surface.shape[0]):
+        r, o = rotations[1 + k], 26 + 6 * k
+        for i in range(first, last):
+            for s in range(3):
+                t = np.float32(s) * np.float32(0.5)
+                a, b = buffers.ends[i, 0], buffers.ends[i, 1]
+                x = a[0] + t * (b[0] - a[0]) - state[o]
+                y = a[1] + t * (b[1] - a[1]) - state[o + 1]
+                z = a[2] + t * (b[2] - a[2]) - state[o + 2]
+                phi = signed_distance(
+                    objects,
+                    k,
+                    r[0, 0] * x + r[1, 0] * y + r[2, 0] * z,
+                    r[0, 1] * x + r[1, 1] * y + r[2, 1] * z,
+                    r[0, 2] * x + r[1, 2] * y + r[2, 2] * z,
+                    gradient,
+                )
+                total += max(hand.radii[i] - phi - np.float32(0.001), np.float32(0.0))
+    return total
+
+
+@njit(**JIT)
+def pixel_cost(zh, zt, d, oh, ot, valid):  # type: ignore[no-untyped-def]
+    """Return one pixel's share of C."""
+    one, zero = np.float32(1.0), np.float32(0.0)
+    z = min(zh, zt)
+    observed = oh + ot
+    hidden = observed == zero and d < z - np.float32(0.015)
+    front = one if (z < np.float32(100.0) and not hidden) else zero
+    hand = front if zh < zt else zero
+    both = front * observed
+    cost = both * (
+        min(abs(z - d) * np.float32(25.0), one) + np.float32(0.5) * abs(hand - oh)
+    ) + np.float32(1.5) * abs(front - observed)
+    return cost * valid
+
+
+@njit(**JIT)
+def draw_objects(objects, state, rotations, seen, depth, work):  # type: ignore[no-untyped-def]
+    """Draw the K objects of a state into depth (S, S)."""
+    for k in range(objects.surface.shape[0]):
+        o = 26 + 6 * k
+        draw_mesh(
+            objects.vertices[objects.vertex_start[k] : objects.vertex_start[k + 1]],
+            objects.faces[objects.face_start[k] : objects.face_start[k + 1]],
+            rotations[1 + k],
+            state[o],
+            state[o + 1],
+            state[o + 2],
+            depth,
+            seen.u0,
+            seen.v0,
+            seen.step,
+            work,
+        )
+
+
+@njit(**JIT)
+def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-untyped-def]
+    """Return (C + penetration, C per observed or drawn hand pixel) of one state."""
+    size = seen.depth.shape[0]
+    buffers = new_hand_buffers()
+    work = np.empty((max(objects.vertices.shape[0], 1), 3), np.float32)
+    hand_depth, thing_depth = np.full((size, size), FAR), np.full((size, size), FAR)
+    place_hand(hand, state, rotations[0], buffers)
+    for i in range(24):
+        draw_capsule(buffers.ends, i, hand.radii[i], hand_depth, seen.u0, seen.v0, seen.step)
+    draw_objects(objects, state, rotations, seen, thing_depth, work)
+    total, area = np.float32(0.0), np.float32(0.0)
+    for row in range(size):
+        for j in range(size):
+            total += pixel_cost(
+                hand_depth[row, j],
+                thing_depth[row, j],
+                seen.depth[row, j],
+                seen.hand[row, j],
+                seen.thing[row, j],
+                seen.valid[row, j],
+            )
+            area += max(
+                np.float32(1.0) if hand_depth[row, j] < np.float32(100.0) else np.float32(0.0),
+                seen.hand[row, j],
+            )
+    gradient = np.empty(3, np.float32)
+    inside = penetration(hand, buffers, objects, state, rotations, 0, 24, gradient)
+    return total + PENETRATION_WEIGHT * inside, total / max(area, np.float32(1.0))
+
+
+@njit(**JIT)
+def forth_costs(hand, objects, seen, states, base, first, last, move_objects, costs):  # type: ignore[no-untyped-def]
+    """Write E of particles first..last-1; rotations are increments exp(state[3:6]) on `base`.
+
+    Args:
+        hand: `HandArrays`.
+        objects: `ObjectArrays` of K objects.
+        seen: `Labelled` tile.
+        states: (P, 26 + 6 K) particles.
+        base: (1 + K, 3, 3) rotations that the increments turn.
+        first: first particle.
+        last: one past the last particle.
+        move_objects: False draws the objects once, as the first particle has them.
+        costs: (P,) receives E + penetration.
+    """
+    size = seen.depth.shape[0]
+    buffers = new_hand_buffers()
+    work = np.empty((max(objects.vertices.shape[0], 1), 3), np.float32)
+    hand_depth = np.empty((size, size), np.float32)
+    thing_depth = np.empty((size, size), np.float32)
+    rotations, gradient = base.copy(), np.empty(3, np.float32)
+    for p in range(first, last):
+        state = states[p]
+        for body in range(base.shape[0]):
+            o = 3 if body == 0 else 23 + 6 * body
+            turn(state[o], state[o + 1], state[o + 2], base[body], rotations[body])
+        place_hand(hand, state, rotations[0], buffers)
+        hand_depth[:, :] = FAR
+        for i in range(24):
+            draw_capsule(buffers.ends, i, hand.radii[i], hand_depth, seen.u0, seen.v0, seen.step)
+        if move_objects or p == first:
+            thing_depth[:, :] = FAR
+            draw_objects(objects, state, rotations, seen, thing_depth, work)
+        costs[p] = forth_cost(hand_depth, thing_depth, seen) + KINEMATIC_WEIGHT * finger_crossing(
+            state
+        )
+        inside = penetration(hand, buffers, objects, state, rotations, 0, 24, gradient)
+        costs[p] += np.float32(20.0) * inside

@@ -1,0 +1,255 @@
+"""One hypothesis of the scene followed over frames: a hand of one side and all objects."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from intent_perception.camera import RgbdFrame
+from intent_perception.geometry import Array
+from numpy.typing import NDArray
+
+from intent_tracking.appearance import HAND, AppearanceModel
+from intent_tracking.body_state import BodyState, predicted
+from intent_tracking.finger_sweep import sweep_fingers
+from intent_tracking.hand import LIMITS, HandModel
+from intent_tracking.hand_kernel import HandArrays, Single, hand_arrays, hand_buffers, place_hand
+from intent_tracking.labelling import (
+    OF_HAND,
+    OF_OBJECT,
+    Bodies,
+    LabellingConfig,
+    Pixels,
+    evidence_of,
+    label_pixels,
+)
+from intent_tracking.normal_equations import Evidence, Prior, Weights
+from intent_tracking.object_kernel import ObjectArrays, ObjectGeometry, object_arrays
+from intent_tracking.objective import Labelled, draw_objects, rendered_cost
+from intent_tracking.raster import FAR
+from intent_tracking.refinement import refine
+from intent_tracking.tile import Tile, covering_square, cut_tile
+
+SINGLE_LIMITS = np.ascontiguousarray(LIMITS, dtype=np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class TrackConfig:
+    """How one hypothesis follows a frame."""
+
+    tile_size: int = 128
+    """Side of the tile [pixels], a multiple of 16."""
+    margin: float = 22.0
+    """Border of the tile around the predicted bodies [image pixels]."""
+    damping: float = 0.8
+    """Share of the last velocity that the prediction keeps."""
+    iterations: int = 10
+    """Levenberg-Marquardt steps from the prediction."""
+    polish_iterations: int = 6
+    """Levenberg-Marquardt steps after the finger sweep."""
+    sweep_trials: int = 64
+    """Trial poses per finger, 0 = no sweep."""
+    sweep_spread: float = 0.3
+    """Standard deviation of local trials [rad]."""
+    sweep_pull: float = 4.0
+    """Weight of the prediction in the sweep [pixels / rad^2]."""
+    scale: float = 0.008
+    """Residual beyond which a point counts as an outlier [m]."""
+    weight_silhouette: float = 1.0
+    weight_front: float = 1.0
+    weight_penetration: float = 2.0
+    weight_touch: float = 0.3
+    weight_angle: float = 2e-4
+    weight_dip: float = 2e-4
+    weight_synergy: float = 5e-4
+    weight_object_turn: float = 2e-3
+    weight_hand_place: float = 0.0
+    weight_object_place: float = 0.0
+    labelling: LabellingConfig = field(default_factory=LabellingConfig)
+
+    @property
+    def weights(self) -> Weights:
+        """The weights for compiled code."""
+        values = (
+            self.scale,
+            self.weight_silhouette,
+            self.weight_front,
+            self.weight_penetration,
+            self.weight_touch,
+            1.0,
+            self.weight_angle,
+            self.weight_dip,
+            self.weight_synergy,
+            self.weight_object_turn,
+            self.weight_hand_place,
+            self.weight_object_place,
+        )
+        return Weights(*(np.float32(value) for value in values))
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """One frame cut out and labelled for one prediction."""
+
+    tile: Tile
+    pixels: Pixels
+    evidence: Evidence
+    seen: Labelled
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Hand and active objects after a frame."""
+
+    state: BodyState
+    """Of the hand and the active objects only."""
+    normal: Single
+    """(D, D) normal matrix (lower triangle) in the order of the state."""
+    cost: float
+    """C per hand pixel, see `objective`."""
+
+
+class PackedObjects:
+    """Arrays for compiled code of any subset of the objects, packed once per subset."""
+
+    def __init__(self, geometries: list[ObjectGeometry]) -> None:
+        self.geometries = geometries
+        self._packed: dict[tuple[int, ...], ObjectArrays] = {}
+
+    def __call__(self, chosen: list[int]) -> ObjectArrays:
+        """Return the arrays of the chosen objects."""
+        key = tuple(chosen)
+        if key not in self._packed:
+            self._packed[key] = object_arrays([self.geometries[k] for k in chosen])
+        return self._packed[key]
+
+
+class SceneTrack:
+    """A hand and its objects, followed by refinement and finger sweep."""
+
+    def __init__(
+        self, hand: HandModel, state: BodyState, objects: PackedObjects, config: TrackConfig
+    ) -> None:
+        self.objects, self.config = objects, config
+        self.state, self.before = state, state
+        self.buffers = hand_buffers()
+        self.cost = 0.0
+        self.set_hand(hand)
+
+    def set_hand(self, hand: HandModel) -> None:
+        """Use another hand shape from now on."""
+        self.hand = hand
+        self.arrays: HandArrays = hand_arrays(hand)
+
+    def predict(self) -> BodyState:
+        """Return the state expected in the next frame."""
+        guess = predicted(self.before, self.state, self.config.damping)
+        np.clip(guess.values[6:26], LIMITS[:, 0], LIMITS[:, 1], out=guess.values[6:26])
+        return guess
+
+    def view(
+        self,
+        frame: RgbdFrame,
+        guess: BodyState,
+        active: list[int],
+        appearance: AppearanceModel,
+        table: Array | None,
+    ) -> View:
+        """Cut out and label the surroundings of a guess (hand and all objects)."""
+        part = guess.chosen(active)
+        place_hand(self.arrays, part.values, part.rotations[0], self.buffers)
+        points = [self.buffers.ends.reshape(-1, 3).astype(np.float64)]
+        for row, k in enumerate(active):
+            pose = part.pose(1 + row)
+            points.append(self.objects.geometries[k].surface @ pose[:3, :3].T + pose[:3, 3])
+        square = covering_square(frame.camera, np.concatenate(points), self.config.margin, 96.0)
+        tile = cut_tile(frame, square, self.config.tile_size)
+        resting = [k for k in range(len(self.objects.geometries)) if k not in active]
+        bodies = Bodies(
+            self.arrays,
+            self.buffers,
+            self.objects(active),
+            part.values,
+            part.rotations,
+            tuple(active),
+        )
+        rest_depth = self._drawn(resting, guess, tile)
+        pixels = label_pixels(tile, bodies, appearance, rest_depth, table, self.config.labelling)
+        return View(tile, pixels, *evidence_of(tile, pixels, self.config.labelling))
+
+    def fit(
+        self, view: View, guess: BodyState, active: list[int], held: list[bool], seed: int
+    ) -> Fit:
+        """Return the best state of hand and active objects near a guess."""
+        config, objects = self.config, self.objects(active)
+        start = guess.chosen(active)
+        weights = config.weights
+        prior = Prior(start.values, start.rotations, SINGLE_LIMITS, np.array(held, np.bool_))
+        best, normal = self._refined(start, view, prior, weights, objects, config.iterations)
+        cost, per_pixel = self._rendered(best, view, objects)
+        if config.sweep_trials > 0:
+            swept = best.copy()
+            sweep_fingers(
+                self.arrays, objects, view.seen, swept.values, swept.rotations, prior.state,
+                SINGLE_LIMITS, config.sweep_trials, np.float32(config.sweep_pull),
+                np.float32(config.sweep_spread), seed,
+            )  # fmt: skip
+            if not np.array_equal(swept.values, best.values):
+                prior = prior._replace(state=swept.values.copy(), rotations=swept.rotations.copy())
+                polished, polished_normal = self._refined(
+                    swept, view, prior, weights, objects, config.polish_iterations
+                )
+                for candidate, matrix in ((polished, polished_normal), (swept, normal)):
+                    candidate_cost, share = self._rendered(candidate, view, objects)
+                    if candidate_cost < cost:
+                        best, normal, cost, per_pixel = candidate, matrix, candidate_cost, share
+        return Fit(best, normal, per_pixel)
+
+    def accept(self, guess: BodyState, active: list[int], fit: Fit) -> None:
+        """Make a fit the present state."""
+        self.before = self.state
+        self.state = guess.replaced(active, fit.state)
+        self.cost = fit.cost
+
+    def learn(self, view: View, active: list[int], appearance: AppearanceModel) -> None:
+        """Adapt the colours of hand and active objects to the labelled pixels."""
+        pixels = view.pixels
+        hand = (pixels.label == OF_HAND) & (pixels.hand_gap < 0.006)
+        appearance.learn(HAND, pixels.bins[hand])
+        for row, k in enumerate(active):
+            appearance.learn(2 + k, pixels.bins[pixels.label == OF_OBJECT + row])
+
+    def _drawn(self, chosen: list[int], state: BodyState, tile: Tile) -> Single:
+        depth = np.full(tile.depth.shape, FAR)
+        if chosen:
+            part, objects = state.chosen(chosen), self.objects(chosen)
+            seen = Labelled(
+                tile.depth, tile.depth, tile.depth, tile.depth, tile.u0, tile.v0, tile.step
+            )
+            work = np.empty((len(objects.vertices), 3), np.float32)
+            draw_objects(objects, part.values, part.rotations, seen, depth, work)
+        return depth
+
+    def _refined(
+        self,
+        start: BodyState,
+        view: View,
+        prior: Prior,
+        weights: Weights,
+        objects: ObjectArrays,
+        iterations: int,
+    ) -> tuple[BodyState, Single]:
+        values, rotations = start.values[None].copy(), start.rotations[None].copy()
+        costs = np.zeros(1, np.float32)
+        normals = np.zeros((1, len(start.values), len(start.values)), np.float32)
+        refine(
+            self.arrays, objects, view.evidence, weights, prior, values, rotations, iterations,
+            costs, normals,
+        )  # fmt: skip
+        return BodyState(values[0], rotations[0]), normals[0]
+
+    def _rendered(self, state: BodyState, view: View, objects: ObjectArrays) -> tuple[float, float]:
+        return rendered_cost(self.arrays, objects, view.seen, state.values, state.rotations)
+
+
+def labelled_share(pixels: Pixels) -> NDArray[np.int64]:
+    """Return the number of pixels of the hand and of all active objects, (2,)."""
+    return np.array([(pixels.label == OF_HAND).sum(), (pixels.label >= OF_OBJECT).sum()])
