@@ -13,7 +13,7 @@ _ROUNDS = 50
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Increasing map from the networks' log-odds to calibrated log-odds, for one set of variables."""
+    """Increasing map from the networks' log-odds to calibrated ones, for one set of variables."""
 
     observed: tuple[str, ...]
     """Variables that were known when it was fitted."""
@@ -48,7 +48,7 @@ def fit_calibration(
     """Return the calibration of held-out predictions.
 
     A logistic stack with non-negative weights, held near their mean, joins the networks; a monotone
-    piecewise-linear map through quantiles of the joined score takes out what a straight line cannot.
+    piecewise-linear map through quantiles of the joined score corrects what a line cannot.
 
     Args:
         observed: variables that were known.

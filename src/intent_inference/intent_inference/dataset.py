@@ -2,6 +2,7 @@
 
 import csv
 import gzip
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,10 +57,13 @@ def read_grasps(path: Path | str, tasks: Sequence[str] | None = None) -> GraspTa
     """
     path = Path(path)
     try:
-        opened = gzip.open(path, "rt", newline="") if path.suffix == ".gz" else path.open(newline="")
-        with opened as file:
-            lines = list(csv.reader(file))
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+        with (
+            gzip.open(path, "rt", newline="")
+            if path.suffix == ".gz"
+            else path.open(newline="") as f
+        ):
+            lines = list(csv.reader(f))
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error) as error:
         raise ValueError(f"cannot read grasps from {path}: {error}") from error
     if len(lines) < 2:
         raise ValueError(f"{path}: expected a header and at least one grasp")

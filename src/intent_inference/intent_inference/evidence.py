@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from intent_inference.features import Features, count_rows, is_observed
 from intent_inference.learning.quantisation import Quantiser
-from intent_inference.variables import OBJECT_CLASS, coordinates_of
+from intent_inference.variables import OBJECT_CLASS
 from intent_perception.geometry import Array
 
 _LARGEST_DIMENSION = 16
@@ -139,7 +139,9 @@ class EvidenceBank:
         try:
             standard = quantiser.standardise(given)
         except ValueError as error:
-            raise ValueError(f"{name}: expected the columns of the training data: {error}") from error
+            raise ValueError(
+                f"{name}: expected the columns of the training data: {error}"
+            ) from error
         values[known, columns : columns + dimension] = standard
         if deviations and name in deviations:
             spread = np.nan_to_num(deviations[name][known], nan=0.0)
@@ -175,10 +177,19 @@ def _lay_out(
     return np.array(blocks, dtype=np.int64).reshape(-1, 8), columns, width
 
 
-@njit(cache=True, error_model="numpy")  # type: ignore[misc]
-def _likelihoods(
-    values, known, widening, widened, blocks, means, covariances, whiteners, likelihoods, log_scale
-):  # fmt: skip
+@njit(cache=True, error_model="numpy")
+def _likelihoods(  # noqa: C901
+    values: Array,
+    known: NDArray[np.bool_],
+    widening: Array,
+    widened: bool,
+    blocks: NDArray[np.int64],
+    means: Array,
+    covariances: Array,
+    whiteners: Array,
+    likelihoods: Array,
+    log_scale: Array,
+) -> None:
     factor = np.empty((16, 16))
     offset = np.empty(16)
     half_log_two_pi = 0.5 * np.log(2.0 * np.pi)

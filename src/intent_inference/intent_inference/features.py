@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from intent_tracking.features import GraspFeatures
 
 Features = dict[str, NDArray[Any]]
-"""Variable of Table I to values (N, D); `obcl` to names (N,), "" where unknown. A row with NaN and a
-variable that is absent are not observed."""
+"""Variable of Table I to values (N, D); `obcl` to names (N,), "" where unknown. A row with NaN and
+a variable that is absent are not observed."""
 
 
 def count_rows(features: Features) -> int:

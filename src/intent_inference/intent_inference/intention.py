@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from intent_tracking.grasp import StableGrasp
 
 from intent_inference.calibration import sigmoid
 from intent_inference.evidence import Evidence
@@ -12,7 +13,6 @@ from intent_inference.reach import ReachConfig, ReachFilter
 from intent_perception.geometry import Array
 from intent_perception.objects import ObjectDatabase
 from intent_tracking.features import GraspFeatures
-from intent_tracking.grasp import StableGrasp
 from intent_tracking.scene import SceneState
 
 
@@ -201,10 +201,7 @@ def explain(model: TaskModel, evidence: Evidence) -> tuple[Contribution, ...]:
     stacked = Evidence(
         np.concatenate([case.likelihoods[:1] for case in cases]),
         np.concatenate([case.log_scale[:1] for case in cases]),
-        {
-            name: np.array([case.observed[name][0] for case in cases])
-            for name in evidence.observed
-        },
+        {name: np.array([case.observed[name][0] for case in cases]) for name in evidence.observed},
     )
     log_odds = model.calibrated_log_odds(stacked)
     effects = [

@@ -1,4 +1,4 @@
-"""The learnt model: task-specific soft-quantised Bayesian networks, BN^H or BN^R (Sec. II, IV-B)."""
+"""The learnt model: task-specific soft-quantised Bayesian networks, BN^H or BN^R (Sec. II, IV)."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -207,7 +207,7 @@ class TaskModel:
         return sigmoid(self.calibrated_log_odds(self.evidence(features, deviations)))
 
     def log_evidence(self, features: Features, deviations: Features | None = None) -> Array:
-        """Return log p(observed features), (N,), the mean over all networks; low: unknown object."""
+        """Return log p(observed features), (N,), the mean over all networks; low: unknown."""
         evidence = self.evidence(features, deviations)
         return self.log_evidence_of(evidence)
 

@@ -1,8 +1,8 @@
 """Discrete Bayesian networks under soft evidence, answered by a compiled elimination schedule.
 
-Every variable carries a likelihood vector y_k = p(x | k) (virtual evidence, Sec. II-B.2); a missing
-variable carries ones. Variables are eliminated one by one in an order that is fixed when the network
-is compiled, so that a query is one pass over flat arrays (Sec. II-C; the paper runs a junction tree).
+Every variable carries a likelihood vector y_k = p(x | k) (virtual evidence, Sec. II-B.2); a
+missing variable carries ones. Variables are eliminated one by one in an order that is fixed when
+the network is compiled, so that a query is one pass over flat arrays (Sec. II-C; the paper runs a junction tree).
 """
 
 from collections.abc import Sequence
@@ -96,11 +96,21 @@ class Schedule:
         return posterior, evidence
 
 
-@njit(cache=True, error_model="numpy")  # type: ignore[misc]
-def _run(
-    likelihoods, tables, steps, gates, factors, maps, networks, finals, target_likelihood,
-    messages, posterior, evidence,
-):  # fmt: skip
+@njit(cache=True, error_model="numpy")
+def _run(  # noqa: C901
+    likelihoods: Array,
+    tables: Array,
+    steps: Index,
+    gates: Index,
+    factors: Index,
+    maps: Index,
+    networks: Index,
+    finals: Index,
+    target_likelihood: Index,
+    messages: Array,
+    posterior: Array,
+    evidence: Array,
+) -> None:
     states_target = posterior.shape[2]
     for n in range(likelihoods.shape[0]):
         for g in range(networks.shape[0]):
@@ -125,9 +135,7 @@ def _run(
                             if product == 0.0:
                                 continue
                             for f in range(first, end):
-                                entry = (
-                                    factors[f, 1] + maps[factors[f, 3] + o] + j * factors[f, 2]
-                                )
+                                entry = factors[f, 1] + maps[factors[f, 3] + o] + j * factors[f, 2]
                                 if factors[f, 0] == 1:
                                     product *= messages[entry]
                                 else:
@@ -260,8 +268,8 @@ def compile_networks(
         target: the variable asked for.
         starts: per network (V,): where the likelihoods of each of its variables begin in the shared
             vector; -1 only for the target (no evidence about it).
-        gate: a variable whose evidence is often one-hot (the object class): entries of messages that
-            its zeros rule out are skipped.
+        gate: a variable whose evidence is often one-hot (the object class): entries of messages
+            that its zeros rule out are skipped.
 
     Raises:
         ValueError: if the target's states differ or a variable has no likelihoods.

@@ -109,7 +109,12 @@ class ReachFilter:
         return self._forecast(state, near, gaps, elapsed, palm)
 
     def _forecast(
-        self, state: SceneState, near: list[int], gaps: dict[int, float], elapsed: float, palm: Array
+        self,
+        state: SceneState,
+        near: list[int],
+        gaps: dict[int, float],
+        elapsed: float,
+        palm: Array,
     ) -> ReachForecast:
         features = stack_features([self._features(state, i) for i in near])
         deviations = self._deviations(state, features, near, gaps)

@@ -1,7 +1,7 @@
 """Command: a table of labelled grasps to a model, or more demonstrations into one.
 
-    python -m intent_inference.train --data D.csv.gz --out MODEL.npz [--figures DIR]
-    python -m intent_inference.train add --model MODEL.npz --data MORE.csv.gz [--out NEW.npz]
+python -m intent_inference.train --data D.csv.gz --out MODEL.npz [--figures DIR]
+python -m intent_inference.train add --model MODEL.npz --data MORE.csv.gz [--out NEW.npz]
 """
 
 import argparse

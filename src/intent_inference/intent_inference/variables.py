@@ -47,16 +47,15 @@ def _diagonal(deviation: Array) -> Array:
 
 def _embed_rotation(quaternion: Array) -> Array:
     rotation = rotation_from_quaternion(quaternion)
-    return np.concatenate([rotation[:, :, 0], rotation[:, :, 2]], axis=1)
+    coordinates: Array = np.concatenate([rotation[:, :, 0], rotation[:, :, 2]], axis=1)
+    return coordinates
 
 
 def _rotation_jacobian(quaternion: Array, deviation: Array) -> Array:
     coordinates = _embed_rotation(quaternion)
     # A rotation by the small angle a moves the unit quaternion by a / 2, spread over 3 directions.
     angle = 2.0 * np.linalg.norm(deviation, axis=1) / np.sqrt(3.0)
-    moved = [
-        np.einsum("ijk,nk->nij", _CROSS, coordinates[:, part : part + 3]) for part in (0, 3)
-    ]
+    moved = [np.einsum("ijk,nk->nij", _CROSS, coordinates[:, part : part + 3]) for part in (0, 3)]
     return np.concatenate(moved, axis=1) * angle[:, None, None]
 
 

@@ -19,9 +19,7 @@ def class_only(train: Features, labels: Array, test: Features) -> Array:
     return np.array([rates.get(str(name), 0.5) for name in test[OBJECT_CLASS]])
 
 
-def boosting(
-    train: Features, labels: Array, test: Features, variables: Sequence[str]
-) -> Array:
+def boosting(train: Features, labels: Array, test: Features, variables: Sequence[str]) -> Array:
     """Return scikit-learn's HistGradientBoosting probabilities, its defaults, (N,).
 
     It sees the coordinates that the networks see (6-D rotation form, log lengths); the class is one
@@ -40,7 +38,7 @@ def boosting(
 
 
 def _columns(features: Features, variables: Sequence[str], classes: Sequence[str]) -> Array:
-    columns = []
+    columns: list[Array] = []
     for name, values in select_variables(features, variables).items():
         if name == OBJECT_CLASS:
             index = {c: float(i) for i, c in enumerate(classes)}

@@ -45,8 +45,8 @@ class Trial:
     rows: dict[str, Rows]
     """Task to the test rows with known labels."""
     probability: dict[tuple[str, str, str], Array]
-    """(method, task, mask) to probabilities of the task's test rows; methods "ours", "paper_recipe",
-    "hard", "hard_ours", "class_only", "boosting"."""
+    """(method, task, mask) to probabilities of the task's test rows; methods "ours",
+    "paper_recipe", "hard", "hard_ours", "class_only", "boosting"."""
 
 
 def random_splits(
@@ -111,9 +111,7 @@ def run_trial(
         extra = (PAPER, HARD, *(replace(r, hard=True) for r in recipes))
         training = replace(training, compared=extra)
     model = train(part, np.random.default_rng(seed), training)
-    rows = {
-        task: np.flatnonzero(np.isfinite(test.labels[task])) for task in table.labels
-    }
+    rows = {task: np.flatnonzero(np.isfinite(test.labels[task])) for task in table.labels}
     observed = split_observed(model.variables)
     probability: dict[tuple[str, str, str], Array] = {}
     for mask in masks:
@@ -131,9 +129,7 @@ def run_trial(
     return Trial({task: split[1][own] for task, own in rows.items()}, probability)
 
 
-def _networks(
-    model: TaskModel, evidence: Evidence, config: ProtocolConfig
-) -> dict[str, Array]:
+def _networks(model: TaskModel, evidence: Evidence, config: ProtocolConfig) -> dict[str, Array]:
     """Return the probabilities (N, T) of our average and of the single recipes compared."""
     result = {"ours": sigmoid(model.calibrated_log_odds(evidence))}
     if not config.baselines:

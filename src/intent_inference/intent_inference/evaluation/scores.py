@@ -53,7 +53,8 @@ def roc(labels: Array, score: Array) -> Array:
     last = np.concatenate([np.diff(score[order]) != 0.0, [True]])
     true = np.concatenate([[0.0], np.cumsum(hit)[last] / max(hit.sum(), 1)])
     false = np.concatenate([[0.0], np.cumsum(~hit)[last] / max((~hit).sum(), 1)])
-    return np.interp(ROC_GRID, false, true)
+    curve: Array = np.interp(ROC_GRID, false, true)
+    return curve
 
 
 def calibration_error(labels: Array, probability: Array, bins: int = 10) -> float:

@@ -1,1 +1,1 @@
-"""Soft-quantised Bayesian networks: quantisation (Sec. II-B), structure and parameters (Sec. IV-B)."""
+"""Soft-quantised Bayesian networks: quantisation (Sec. II-B), structure, parameters (IV-B)."""

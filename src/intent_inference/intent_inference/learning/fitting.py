@@ -107,7 +107,8 @@ def quantise_table(
 def class_assignment(features: Features, classes: Sequence[str]) -> Array:
     """Return the one-hot object class of each row, (N, classes); zeros where unknown."""
     names = np.asarray(features[OBJECT_CLASS], dtype=str)
-    return (names[:, None] == np.array(classes)[None]).astype(np.float64)
+    one_hot: Array = (names[:, None] == np.array(classes)[None]).astype(np.float64)
+    return one_hot
 
 
 def assign(
@@ -157,7 +158,9 @@ def train(
         for count, quantiser in quantisation.quantisers.items()
     }
     assignments = assign(table.features, quantisers, classes)
-    variables = tuple(n for n in table.features if n in quantisations or (n == OBJECT_CLASS and classes))
+    variables = tuple(
+        n for n in table.features if n in quantisations or (n == OBJECT_CLASS and classes)
+    )
     fitted: list[tuple[TaskNetworks, Rows]] = []
     compared = []
     for task, labels in table.labels.items():
@@ -273,6 +276,4 @@ def calibrations_of(
             hidden = tuple(v for v in model.variables if v not in observed)
             seen = evidence.without(partial.bank, hidden)
             odds[mask][held] = partial.log_odds(seen)[0]
-    return tuple(
-        fit_calibration(masks[mask], values, labels) for mask, values in odds.items()
-    )
+    return tuple(fit_calibration(masks[mask], values, labels) for mask, values in odds.items())

@@ -77,7 +77,7 @@ class GaussianMixture:
         return np.asarray(states @ self.means)
 
     def likeliest(self, states: Array) -> Array:
-        """Return the centre with the highest density of Eq. (2) for the probabilities (K,), (D,)."""
+        """Return the centre (D,) with the highest density of Eq. (2) for the probabilities (K,)."""
         log_density = self.log_likelihoods(self.means) + np.log(np.maximum(states, 1e-300))
         top = log_density.max(axis=1)
         mixture = top + np.log(np.exp(log_density - top[:, None]).sum(axis=1))

@@ -1,7 +1,7 @@
 """Conditional probability tables from soft counts with a Dirichlet prior (Sec. II-B.2, IV-B.2).
 
-Counts, not tables, are what is kept: they add, so that demonstrations that come later give the same
-tables as all the data at once. A row counts p(k | x), i.e. lambda_k p(x | k) normalised; the paper's
+Counts, not tables, are what is kept: they add, so that demonstrations that come later give the
+same tables as all the data at once. A row counts p(k | x), i.e. lambda_k p(x | k) normalised; the paper's
 y_k = p(x | k) is right as evidence only.
 """
 
@@ -18,7 +18,7 @@ class DirichletPrior:
     """What a table says before any data."""
 
     strength: float = 10.0
-    """Equivalent sample size: of the whole table (uniform) or per parent configuration (back-off)."""
+    """Equivalent sample size: of the whole table (uniform), of each parent combination (back-off)."""
     back_off: bool = True
     """Prior mean: the table without the last parent, and so on down to uniform, instead of uniform.
     Tables with two parents have more cells than grasps; smoothing towards uniform would forget what
@@ -38,7 +38,10 @@ def joint_assignment(assignments: Sequence[Array], rows: int) -> Array:
 
 
 def soft_counts(
-    assignments: dict[str, Array], variable: str, parents: Sequence[str], weights: Array | None = None
+    assignments: dict[str, Array],
+    variable: str,
+    parents: Sequence[str],
+    weights: Array | None = None,
 ) -> Array:
     """Return the expected counts of a variable with its parents.
 

@@ -84,7 +84,8 @@ class Quantiser:
         """Return the measurement covariance (N, D, D) in the mixture's space."""
         noise = coordinates_of(self.variable).jacobian(values, deviation)
         moved = np.einsum("de,ner->ndr", self.standardisation.axes, noise)
-        return np.einsum("ndr,nfr->ndf", moved, moved)
+        covariance: Array = np.einsum("ndr,nfr->ndf", moved, moved)
+        return covariance
 
     def responsibilities(self, values: Array, known: Mask) -> Array:
         """Return p(k | x), (N, K); rows of zeros where the value is not known."""
@@ -123,7 +124,7 @@ class Quantisation:
 
 
 def standardisation_of(coordinates: Array, config: QuantisationConfig) -> Standardisation:
-    """Return the affine map that makes coordinates (N, E) unit-variance, reduced if they are many."""
+    """Return the affine map that makes coordinates (N, E) unit-variance, fewer if they are many."""
     mean = coordinates.mean(axis=0)
     scale = coordinates.std(axis=0)
     scale = np.where(scale < _FLAT, 1.0, scale)
@@ -133,7 +134,9 @@ def standardisation_of(coordinates: Array, config: QuantisationConfig) -> Standa
         values, vectors = np.linalg.eigh(np.cov(standard.T))
         order = np.argsort(values)[::-1]
         share = np.cumsum(values[order]) / values.sum()
-        kept = min(int(np.searchsorted(share, config.kept_variance)) + 1, 2 * config.full_dimensions)
+        kept = min(
+            int(np.searchsorted(share, config.kept_variance)) + 1, 2 * config.full_dimensions
+        )
         principal = vectors[:, order[:kept]]
         # Not whitened: a faint axis must not weigh as much as the main one.
         axes = (principal / np.sqrt(values[order[0]] / 2.0)).T @ axes

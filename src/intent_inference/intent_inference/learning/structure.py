@@ -151,7 +151,7 @@ def pgmpy_score(frame: Any, score: SoftScore) -> Any:
     """Return a score object for pgmpy's searches that counts softly."""
     from pgmpy.structure_score import BIC
 
-    class SoftBic(BIC):  # type: ignore[misc]
+    class SoftBic(BIC):
         """BIC whose family counts are sums of products of soft assignments."""
 
         def _local_score(self, variable: str, parents: tuple[str, ...]) -> float:
