@@ -1,6 +1,7 @@
 """A bag as frames to publish: options of the player, and the messages grouped by frame."""
 
 import argparse
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -58,6 +59,22 @@ def target_topic(message: BagMessage, topics: ImageTopics) -> str:
     return name[1:] + (transport if message.type.endswith("CompressedImage") else "")
 
 
+def transports(bag: str) -> tuple[str, str]:
+    """Return the nodes' parameters color_transport and depth_transport that fit a bag.
+
+    Raises:
+        ValueError: if the bag cannot be read or holds no images.
+    """
+    topics = image_topics(bag)
+    kinds: dict[str, str] = {}
+    for message in read_messages(bag, (topics.color, topics.depth)):
+        kinds.setdefault(message.topic, message.type)
+        if len(kinds) == 2:
+            break
+    compressed = [kinds[t].endswith("CompressedImage") for t in (topics.color, topics.depth)]
+    return ("compressed" if compressed[0] else "raw", "compressedDepth" if compressed[1] else "raw")
+
+
 def bundles(bag: str, start_offset: float = 0.0, extra: Sequence[str] = ()) -> Iterator[Bundle]:
     """Yield the frames of a bag: everything up to and around each depth image that has a partner.
 
@@ -76,18 +93,21 @@ def bundles(bag: str, start_offset: float = 0.0, extra: Sequence[str] = ()) -> I
     first = None
     for message in read_messages(bag, names):
         first = message.received if first is None else first
-        elapsed = (message.received - first) * 1e-9
-        if elapsed < start_offset:
+        if _time([message], first) < start_offset:
             continue
         complete = None if message.topic in extra else _frame_stamp(waiting, topics, tolerance)
         if complete is not None and message.stamp > complete + tolerance:
-            yield Bundle(complete, elapsed - start_offset, tuple(waiting))
+            yield Bundle(complete, _time(waiting, first) - start_offset, tuple(waiting))
             waiting = []
         waiting.append(message)
     if waiting:
         last = _frame_stamp(waiting, topics, tolerance)
         stamp = waiting[-1].stamp if last is None else last
-        yield Bundle(stamp, elapsed - start_offset, tuple(waiting))
+        yield Bundle(stamp, _time(waiting, first or 0) - start_offset, tuple(waiting))
+
+
+def _time(messages: list[BagMessage], first: int) -> float:
+    return (messages[0].received - first) * 1e-9
 
 
 def _frame_stamp(messages: list[BagMessage], topics: ImageTopics, tolerance: int) -> int | None:
@@ -99,3 +119,16 @@ def _frame_stamp(messages: list[BagMessage], topics: ImageTopics, tolerance: int
             if any(abs(color - stamp) <= tolerance for color in colors):
                 return stamp
     return None
+
+
+def main() -> None:
+    """Print the ROS arguments with which the nodes hear a bag."""
+    try:
+        color, depth = transports(sys.argv[1])
+    except ValueError as error:
+        raise SystemExit(f"error: {error}") from None
+    print(f"-p color_transport:={color} -p depth_transport:={depth}")
+
+
+if __name__ == "__main__":
+    main()

@@ -31,15 +31,17 @@ class ReplayNode(Node):
         self._options, self._topics = options, image_topics(options.bag)
         if options.lockstep and not self._topics.info:
             raise ValueError(f"bag {options.bag} has no camera_info: record that topic too")
-        self._running, self._objects, self._answered = not options.start_paused, False, {}
+        self._running, self._objects = not options.start_paused, False
+        self._answered: dict[str, int] = {}
         self._senders: dict[str, Any] = {}
         self._clock_sender = self.create_publisher(Clock, "/clock", 10) if options.clock else None
         self.create_service(Trigger, "~/resume", lambda _, r: self._run(True, r))
         self.create_service(Trigger, "~/pause", lambda _, r: self._run(False, r))
-        self.create_subscription(RecognizedObjects, "/intent/objects", self._on_objects, LATCHED)
-        self._answers("/intent/scene_state", SceneState, "tracker")
-        self._answers("/tracker/processed", Header, "tracker")
-        self._answers("/recognizer/processed", Header, "recognizer")
+        # Relative names: a namespace makes it the player of another table.
+        self.create_subscription(RecognizedObjects, "intent/objects", self._on_objects, LATCHED)
+        self._answers("intent/scene_state", SceneState, "tracker")
+        self._answers("tracker/processed", Header, "tracker")
+        self._answers("recognizer/processed", Header, "recognizer")
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
 
@@ -84,7 +86,7 @@ class ReplayNode(Node):
         """Wait until the tracker, and a recognizer that is there, have dealt with the frame."""
 
         def done(name: str) -> bool:
-            absent = not self.count_publishers(f"/{name}/processed")
+            absent = not self.count_publishers(f"{name}/processed")
             return absent or self._answered.get(name, -1) >= bundle.stamp
 
         waited = self._until(lambda: done("recognizer"), self._options.timeout)

@@ -174,6 +174,7 @@ class FrameSubscription:
         self._jumps = 0
         self._quiet_since, self._warned = time.monotonic(), False
         self.topics: list[str] = []
+        self.frame_id = "camera_color_optical_frame"
         color = self._parameter("color_transport", "raw", "raw or compressed", ("compressed",))
         depth = self._parameter(
             "depth_transport", "raw", "raw or compressedDepth", ("compressedDepth",)
@@ -235,6 +236,7 @@ class FrameSubscription:
             self._quiet_since, self._warned = time.monotonic(), False
             header = Header(frame_id=message.header.frame_id)
             header.stamp.sec, header.stamp.nanosec = divmod(frame.stamp, NANOSECONDS)
+            self.frame_id = message.header.frame_id or self.frame_id
             self._node.attempt(self._on_frame, frame, header)
 
     def waiting(self) -> str:

@@ -29,7 +29,7 @@ _FEATURES = ("size", "conv", "dir", "npos", "fcon", "fvol", "coc", "gbvl")
 _SKIN = ColorRGBA(r=0.93, g=0.72, b=0.6, a=0.9)
 
 
-def state_to_msg(state: SceneState) -> Any:
+def state_to_msg(state: SceneState, camera_frame: str = CAMERA_FRAME) -> Any:
     """Return the message of a scene state."""
     return msgs.SceneState(
         header=header_at(state.stamp),
@@ -45,7 +45,7 @@ def state_to_msg(state: SceneState) -> Any:
         cost=float(state.cost),
         hand_visible=bool(state.hand_visible),
         hand_lost=bool(state.hand_lost),
-        camera_frame=CAMERA_FRAME,
+        camera_frame=camera_frame,
         camera_pose=pose_to_msg(state.T_table_camera),
     )
 
@@ -133,10 +133,10 @@ def grasp_from_msg(message: Any) -> StableGrasp:
     )
 
 
-def _features_to_msg(features: GraspFeatures, std: GraspFeatures) -> Any:
+def _features_to_msg(features: GraspFeatures, std: GraspFeatures | None) -> Any:
     message = msgs.GraspFeatures(object_class=features.object_class or "")
     for name in _FEATURES:
-        value, deviation = getattr(features, name), getattr(std, name)
+        value, deviation = getattr(features, name), getattr(std, name, None)
         if value is not None:
             known = [] if deviation is None else np.ravel(deviation).tolist()
             feature = msgs.Feature(observed=True, value=np.ravel(value).tolist(), std=known)

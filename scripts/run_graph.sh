@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Run the five nodes for a live camera or a bag until Ctrl-C.
+# usage: scripts/run_graph.sh [--bag BAG] [--models DB] [--params FILE] [ROS argument...]
+#   --bag BAG      play this bag in real time; without it the nodes wait for a camera
+#   --models DB    object database: a YAML file or a folder with one; default: the shipped 48 objects
+#   --params FILE  parameters of the nodes (see src/*/config)
+#   others         handed to every node, e.g. -r rgb/camera_info:=/camera/color/camera_info
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+# shellcheck source=scripts/environment.sh
+source "$here/environment.sh"
+# shellcheck source=scripts/graph.sh
+source "$here/graph.sh"
+bag='' arguments=()
+while [ $# -gt 0 ]; do
+  case $1 in
+    --bag | --models | --params) [ $# -gt 1 ] || fail "$1 needs a value" ;;&
+    --bag) bag=$(realpath "$2") && shift 2 ;;
+    --models) arguments+=(-p "models:=$(realpath "$2")") && shift 2 ;;
+    --params) arguments+=(--params-file "$(realpath "$2")") && shift 2 ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0" && exit ;;
+    *) arguments+=("$1") && shift ;;
+  esac
+done
+"$here/setup.sh"
+enter_venv
+enter_overlay
+if [ -n "$bag" ]; then
+  read -r -a transports < <(python -m intent_perception.replay "$bag") || fail "cannot play $bag"
+  arguments+=("${transports[@]}")
+fi
+stop_at_exit
+start intent_perception recognizer --ros-args "${arguments[@]}"
+start intent_tracking tracker --ros-args "${arguments[@]}"
+start intent_tracking grasp_detector --ros-args "${arguments[@]}"
+start intent_inference inference --ros-args "${arguments[@]}"
+start intent_imitation imitation --ros-args -r imitation/robot_objects:=/intent/objects "${arguments[@]}"
+[ -z "$bag" ] || start intent_perception replay "$bag" --subscribers 2
+while any_alive; do sleep 0.2; done

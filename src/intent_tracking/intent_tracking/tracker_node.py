@@ -1,0 +1,71 @@
+"""ROS node: RGB-D frames and recognised objects in, the state of hand and objects out."""
+
+from typing import Any
+
+from intent_msgs.msg import RecognizedObjects, SceneState
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from intent_perception.camera import RgbdFrame
+from intent_perception.convert import deletion, header_at, object_markers, objects_from_msg
+from intent_perception.ros import (
+    LATCHED,
+    RESULTS,
+    FrameSubscription,
+    IntentNode,
+    declared,
+    declared_database,
+    run,
+)
+from intent_tracking.convert import hand_markers, joints_to_msg, scene_transforms, state_to_msg
+from intent_tracking.tracker import Tracker, TrackerConfig
+
+
+class TrackerNode(IntentNode):
+    """Starts the tracker from the recognised objects and publishes one scene state per frame."""
+
+    def __init__(self) -> None:
+        super().__init__("tracker")
+        self._database = declared_database(self)
+        self._tracker = Tracker(self._database, declared(self, TrackerConfig()))
+        self._states = self.create_publisher(SceneState, "/intent/scene_state", RESULTS)
+        self._joints = self.create_publisher(JointState, "/intent/hand/joint_states", 10)
+        self._tf = self.create_publisher(TFMessage, "/tf", 100)
+        self._markers = self.create_publisher(MarkerArray, "/intent/markers", LATCHED)
+        self.reset()
+        self.listen(RecognizedObjects, "/intent/objects", self._on_objects, LATCHED)
+        self._frames = FrameSubscription(self, self._on_frame)
+
+    def reset(self) -> None:
+        """Forget hand and objects; the next recognised objects start the tracker again."""
+        self._started = False
+        self._held: RgbdFrame | None = None
+        self._markers.publish(MarkerArray(markers=[deletion("hand"), deletion("objects")]))
+
+    def _on_objects(self, message: Any) -> None:
+        self._tracker.start(objects_from_msg(message))
+        self._started = True
+        models = [(item.id, self._database[item.model]) for item in message.objects]
+        self._markers.publish(object_markers(models))
+        if self._held is not None:  # the frame that came before its objects
+            frame, self._held = self._held, None
+            self.attempt(self._on_frame, frame, header_at(frame.stamp))
+
+    def _on_frame(self, frame: RgbdFrame) -> bool:
+        if not self._started:
+            self._held = frame
+            return False
+        state = self._tracker.step(frame)
+        self._states.publish(state_to_msg(state, self._frames.frame_id))
+        if state.hand_tracked:
+            self._joints.publish(joints_to_msg(state))
+        self._tf.publish(scene_transforms(state))
+        if self._markers.get_subscription_count():
+            self._markers.publish(hand_markers(state))
+        return True
+
+
+def main() -> None:
+    """Run the node until Ctrl-C."""
+    run(TrackerNode)
