@@ -1,0 +1,1 @@
+"""Simulated grasps of any hand on any closed mesh, labelled with the tasks they afford."""

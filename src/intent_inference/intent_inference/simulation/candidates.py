@@ -1,0 +1,93 @@
+"""Tries grasps until enough pass the static filter: closed, opposed, able to hold the weight."""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from intent_inference.simulation.autograsp import ClosedGrasp, Fate, close_hand
+from intent_inference.simulation.contacts import Contacts, gravity_residual, opposed, touching
+from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.simulation.hypotheses import (
+    Hypothesis,
+    HypothesisConfig,
+    approaches,
+    sample_hypotheses,
+)
+from intent_inference.simulation.task_object import TaskObject
+
+
+@dataclass(frozen=True)
+class FilterConfig:
+    """What a closed grasp must show before it is shaken."""
+
+    residual: float = 0.1
+    """Largest share of the weight, from any side, that the contacts may fail to hold."""
+    friction: float = 0.8
+    """Coulomb coefficient."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.residual < 1.0 or self.friction <= 0.0:
+            raise ValueError(f"expected 0 <= residual < 1 and friction > 0, got {self}")
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A grasp that passed the static filter."""
+
+    hypothesis: Hypothesis
+    grasp: ClosedGrasp
+    contacts: Contacts
+    residual: float
+
+
+@dataclass(eq=False)
+class CandidateSource:
+    """Endless candidates of one hand on one object, and what became of all tries."""
+
+    target: TaskObject
+    hand: GraspingHand
+    rng: np.random.Generator
+    filter: FilterConfig = field(default_factory=FilterConfig)
+    spread: HypothesisConfig = field(default_factory=HypothesisConfig)
+    fates: Counter[Fate] = field(default_factory=Counter)
+
+    def __post_init__(self) -> None:
+        choices = approaches(self.target.geometry.boxes, self.hand)
+        self._hypotheses: Iterator[Hypothesis] = iter(())
+        if choices:
+            self._hypotheses = sample_hypotheses(
+                choices, self.hand, self.target.extent, self.rng, self.spread
+            )
+
+    @property
+    def tried(self) -> int:
+        """Number of hypotheses tried so far."""
+        return sum(self.fates.values())
+
+    def take(self, count: int, most_tries: int) -> list[Candidate]:
+        """Return up to `count` candidates after at most `most_tries` tries."""
+        found: list[Candidate] = []
+        for _, hypothesis in zip(range(most_tries), self._hypotheses, strict=False):
+            fate, candidate = self._examine(hypothesis)
+            self.fates[fate] += 1
+            if candidate is not None:
+                found.append(candidate)
+                if len(found) == count:
+                    break
+        return found
+
+    def _examine(self, hypothesis: Hypothesis) -> tuple[Fate, Candidate | None]:
+        fate, grasp = close_hand(self.hand, self.target.field, hypothesis)
+        if grasp is None:
+            return fate, None
+        contacts = touching(self.hand, self.target.field, grasp.spheres, grasp.clearance)
+        if len(contacts.points) < 2 or not opposed(self.hand, contacts):
+            return Fate.NO_OPPOSITION, None
+        residual = gravity_residual(
+            contacts, self.target.center_of_mass, self.target.reach, self.filter.friction
+        )
+        if residual > self.filter.residual:
+            return Fate.UNSTABLE, None
+        return Fate.NOT_SHAKEN, Candidate(hypothesis, grasp, contacts, residual)

@@ -1,0 +1,162 @@
+"""Grasp hypotheses: free faces of the object's boxes x rolls x pre-shapes (BADGr's idea)."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from intent_inference.simulation.grasping_hand import GraspingHand, Preshape
+from intent_perception.boxes import Box
+from intent_perception.geometry import rotation_from_vector
+from intent_tracking.joint_table import Array
+
+_FREE = 0.004
+"""A face is free if the point this far in front of its centre lies in no other box [m]."""
+
+
+@dataclass(frozen=True)
+class HypothesisConfig:
+    """How far hypotheses are spread around box faces."""
+
+    roll: float = 0.35
+    """Largest roll about the approach from a box axis [rad]."""
+    tilt: float = 0.12
+    """Standard deviation of the approach's tilt from the face normal [rad]."""
+    posture: float = 0.05
+    """Standard deviation of the moving joints' open angles [rad]."""
+    clearance: float = 0.05
+    """The hand starts with its centre this far in front of all of the object [m]."""
+
+    def __post_init__(self) -> None:
+        if min(self.roll, self.tilt, self.posture) < 0 or self.clearance <= 0:
+            raise ValueError(f"expected spreads >= 0 and clearance > 0, got {self}")
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """One face of one box, one roll, one pre-shape."""
+
+    preshape: Preshape
+    box: Box
+    normal: Array
+    """(3,) outward normal of the face in the object frame."""
+    closing: Array
+    """(3,) in-face box axis along which the fingers oppose each other."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """Where a hand starts, how it approaches and closes."""
+
+    preshape: str
+    T_object_hand: Array
+    approach: Array
+    """(3,) unit direction in the object frame."""
+    travel: float
+    """Longest approach [m]."""
+    joints: Array
+    """(J,) open posture [rad]."""
+    rates: Array
+    """(J,) relative closing speeds."""
+
+
+def approaches(boxes: Sequence[Box], hand: GraspingHand) -> list[Approach]:
+    """Return every combination of free face, roll and pre-shape that is not too wide to grasp."""
+    found = []
+    for index, box in enumerate(boxes):
+        others = [other for k, other in enumerate(boxes) if k != index]
+        for axis in range(3):
+            for sign in (-1.0, 1.0):
+                normal = sign * box.rotation[:, axis]
+                if not _is_free(box.center + normal * (box.half_size[axis] + _FREE), others):
+                    continue
+                for roll in range(4):
+                    across = (axis + 1 + roll % 2) % 3
+                    closing = box.rotation[:, across] * (1.0 if roll < 2 else -1.0)
+                    found += [
+                        Approach(preshape, box, normal, closing)
+                        for preshape in hand.preshapes
+                        if 2.0 * box.half_size[across] <= preshape.widest
+                    ]
+    return found
+
+
+def sample_hypotheses(
+    choices: Sequence[Approach],
+    hand: GraspingHand,
+    extent: float,
+    rng: np.random.Generator,
+    config: HypothesisConfig = HypothesisConfig(),  # noqa: B008 (frozen)
+) -> Iterator[Hypothesis]:
+    """Yield endless jittered hypotheses, pre-shapes in proportion to their weights.
+
+    Args:
+        choices: what `approaches` found.
+        hand: the hand.
+        extent: no point of the object is farther from its frame's origin [m].
+        rng: source of the jitter.
+        config: spreads.
+
+    Raises:
+        ValueError: if there is nothing to choose from.
+    """
+    if not choices:
+        raise ValueError("expected an object with at least one face that the hand can span")
+    counts: dict[int, int] = {}
+    for choice in choices:
+        counts[id(choice.preshape)] = counts.get(id(choice.preshape), 0) + 1
+    weights = np.array([c.preshape.weight / counts[id(c.preshape)] for c in choices])
+    weights /= weights.sum()
+    while True:
+        for index in rng.choice(len(choices), size=64, p=weights):
+            yield _jittered(choices[index], hand, extent, rng, config)
+
+
+def _is_free(point: Array, boxes: Sequence[Box]) -> bool:
+    return not any(
+        np.all(np.abs((point - box.center) @ box.rotation) < box.half_size) for box in boxes
+    )
+
+
+def _jittered(
+    choice: Approach,
+    hand: GraspingHand,
+    extent: float,
+    rng: np.random.Generator,
+    config: HypothesisConfig,
+) -> Hypothesis:
+    preshape, box = choice.preshape, choice.box
+    tilt = rotation_from_vector(rng.normal(0.0, config.tilt, 3))
+    roll = rotation_from_vector(choice.normal * rng.uniform(-config.roll, config.roll))
+    turn = tilt @ roll
+    approach, closing = -(turn @ choice.normal), turn @ choice.closing
+    side = np.cross(approach, closing)
+    in_hand = np.stack(
+        [preshape.approach, preshape.closing, np.cross(preshape.approach, preshape.closing)]
+    )
+    rotation = np.stack([approach, closing, side], axis=1) @ in_hand
+    target, depth = _target(choice, rng)
+    back = 2.0 * extent + config.clearance
+    center = target - approach * back
+    pose = np.eye(4)
+    pose[:3, :3] = rotation
+    pose[:3, 3] = center - rotation @ preshape.center
+    spread = rng.normal(0.0, config.posture, len(preshape.open)) * (preshape.rates != 0)
+    joints = np.clip(preshape.open + spread, hand.table.limits[:, 0], hand.table.limits[:, 1])
+    travel = back + (depth if preshape.stop == "center" else 2.0 * extent)
+    return Hypothesis(preshape.name, pose, approach, travel, joints, preshape.rates)
+
+
+def _target(choice: Approach, rng: np.random.Generator) -> tuple[Array, float]:
+    """Return a point on the box face [m] and how deep the centre should go beyond it [m]."""
+    box, preshape = choice.box, choice.preshape
+    local_normal = box.rotation.T @ choice.normal
+    local_closing = box.rotation.T @ choice.closing
+    axis, across = int(np.argmax(np.abs(local_normal))), int(np.argmax(np.abs(local_closing)))
+    along = 3 - axis - across
+    point = np.zeros(3)
+    point[axis] = np.sign(local_normal[axis]) * box.half_size[axis]
+    point[across] = rng.uniform(-1.0, 1.0) * preshape.offset[0] * box.half_size[across]
+    point[along] = rng.uniform(-1.0, 1.0) * preshape.offset[1] * box.half_size[along]
+    depth = min(rng.uniform(*preshape.depth), box.half_size[axis]) if preshape.depth[1] else 0.0
+    return box.center + box.rotation @ point, float(depth)

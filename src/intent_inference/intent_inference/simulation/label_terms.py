@@ -1,0 +1,216 @@
+"""The measurements behind the task labels: one margin per term of share/label_rules.yaml.
+
+A margin is (value - threshold) / scale or its negative: at least 0 where the term passes.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from intent_inference.simulation.contacts import Contacts, finger_of_links, holding_force
+from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.simulation.receivers import ReceiverBank
+from intent_inference.simulation.task_object import TaskObject
+from intent_perception.geometry import rotation_from_vector
+from intent_perception.objects import Functions
+from intent_tracking.features import hand_distances
+from intent_tracking.joint_table import Array
+
+GRAVITY = 9.81
+_TOOL_AXIS = np.array([0.0, 0.0, 1.0])
+"""Handle -> functional end in the object frame of knife, hammer and screwdriver."""
+
+Rule = dict[str, Any]
+Terms = dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class GraspScene:
+    """A stable grasp as the label rules see it; everything in the object frame."""
+
+    target: TaskObject
+    hand: GraspingHand
+    T_object_hand: Array
+    joints: Array
+    contacts: Contacts
+    centers: Array
+    """(S, 3) centres of the spheres that cover hand and forearm [m]."""
+    radii: Array
+    """(S,) [m]."""
+    hand_count: int
+    """The first spheres are the hand, the others the forearm."""
+    friction: float
+    with_forces: bool
+    """Whether to solve for holding forces, which takes milliseconds."""
+
+    @property
+    def forearm(self) -> Array:
+        """(3,) direction of the forearm; a robot's approach."""
+        return np.asarray(self.T_object_hand[:3, 0 if self.hand.is_human else 2])
+
+    @property
+    def palm(self) -> Array:
+        """(3,) direction out of the palm."""
+        return np.asarray(self.T_object_hand[:3, 2])
+
+    @property
+    def thumb_side(self) -> Array:
+        """(3,) direction towards the thumb side of the (right) hand."""
+        return np.asarray(-self.T_object_hand[:3, 1])
+
+    @property
+    def functions(self) -> Functions:
+        """Annotations of the object."""
+        functions = self.target.model.functions
+        if functions is None:
+            raise ValueError(f"{self.target.model.name} has no functional annotations")
+        return functions
+
+    @cached_property
+    def handle_share(self) -> float:
+        """Share of the contact force that rests on the handle."""
+        names = self.target.part_names(self.contacts.points)
+        return self.contacts.of_force(np.isin(names, self.functions.handle))
+
+    @cached_property
+    def functional_gap(self) -> float:
+        """Distance of the hand to the part that works [m]."""
+        points = self.target.functional_points
+        local = (points - self.T_object_hand[:3, 3]) @ self.T_object_hand[:3, :3]
+        return float(hand_distances(local, self.hand.table, self.joints).min())
+
+    def held(self, force: Array, torque: Array, point: Array) -> float:
+        """Return the normal forces [N] that balance a force (3,) [N] at a point and a torque."""
+        center = self.target.center_of_mass
+        wrench = np.concatenate([force, torque + np.cross(point - center, force)])
+        return holding_force(self.contacts, wrench, center, self.friction)
+
+
+def hand_over_terms(scene: GraspScene, rule: Rule, bank: ReceiverBank) -> Terms:
+    """Return the margins of hand-over: a receiver finds room, no finger on the cutting edge."""
+    share = bank.free_share(scene.centers, scene.radii, rule["receiver_gap"])
+    terms = {"receivers": _above(share, rule["receivers"])}
+    edge = scene.functions.edge
+    if edge is not None:
+        gaps = scene.target.edge_distance(scene.contacts.points)
+        terms["edge"] = _above(float(gaps.min(initial=1.0)), rule["edge"])
+    return terms
+
+
+def pouring_terms(scene: GraspScene, rule: Rule) -> Terms:
+    """Return the margins of pouring: free opening, a wrist that can tilt, a hold while tilted."""
+    opening = scene.functions.opening
+    assert opening is not None
+    column = rule["column"]
+    terms = {
+        "column": _cylinder_gap(scene, column["below"], column["above"], column["radius"])
+        / column["scale"],
+        "forearm": _below(abs(float(opening.normal @ scene.forearm)), rule["forearm"]),
+    }
+    if scene.hand.is_human:
+        terms["thumb"] = _above(float(opening.normal @ scene.thumb_side), rule["thumb"])
+        terms["palm"] = _below(abs(float(opening.normal @ scene.palm)), rule["palm"])
+    if scene.with_forces:
+        weight, worst = GRAVITY * scene.target.model.mass, 0.0
+        for tilt in np.radians(rule["hold"]["tilts"]):
+            up = rotation_from_vector(scene.forearm * tilt) @ opening.normal
+            force = scene.held(-weight * up, np.zeros(3), scene.target.center_of_mass)
+            worst = max(worst, force)
+        terms["hold"] = _below(worst, rule["hold"])
+    return terms
+
+
+def tool_use_terms(scene: GraspScene, rule: Rule) -> Terms:
+    """Return the margins of tool-use: handle in a fist that points the tool and resists its work."""
+    kind = scene.target.model.object_class
+    fingers = finger_of_links(scene.hand)[scene.contacts.links]
+    touching = {scene.hand.chains[finger] for finger in fingers if finger >= 0} - {"thumb"}
+    human = scene.hand.is_human
+    needed = rule["fingers"][kind] if human else 2
+    terms = {
+        "handle": _above(scene.handle_share, rule["handle"]),
+        "clear": (scene.functional_gap - rule["clear"][kind]) / rule["clear"]["scale"],
+        "fingers": (len(touching) - needed + 0.5) / rule["fingers"]["scale"],
+    }
+    functions = scene.functions
+    if human:
+        terms["thumb"] = _tool_direction(scene, rule["thumb"], kind == "screwdriver")
+    elif kind != "screwdriver":
+        terms["side"] = _below(abs(float(_TOOL_AXIS @ scene.forearm)), rule["side"])
+    knuckles = scene.T_object_hand[:3, 0]
+    if functions.edge is not None and human:
+        terms["edge"] = _above(float(functions.edge.direction @ knuckles), rule["edge"])
+    elif functions.edge is not None:
+        terms["edge"] = (float(functions.edge.direction @ scene.forearm) + 0.3) / 0.3
+    if functions.face is not None and human:
+        terms["face"] = _above(float(functions.face.normal @ knuckles), rule["face"])
+    if scene.with_forces:
+        terms["wrench"] = _below(_working_force(scene, rule["wrench"]), rule["wrench"])
+    return terms
+
+
+def dish_washing_terms(scene: GraspScene, rule: Rule) -> Terms:
+    """Return the margins of dish-washing: a vessel turned over, a knife held by its handle."""
+    opening = scene.functions.opening
+    if opening is None:
+        return {
+            "handle": _above(scene.handle_share, rule["handle"]),
+            "clear": (scene.functional_gap - rule["clear"]["knife"]) / rule["clear"]["scale"],
+        }
+    height = (scene.centers - opening.center) @ opening.normal + scene.radii
+    inside = rule["inside"]
+    terms = {
+        "behind": _above(float(-height[: scene.hand_count].max()), rule["behind"]),
+        "inside": _cylinder_gap(scene, inside["below"], 0.0, inside["radius"]) / inside["scale"],
+    }
+    if scene.hand.is_human:
+        terms["thumb"] = _below(float(opening.normal @ scene.thumb_side), rule["thumb"])
+    if scene.with_forces:
+        force = GRAVITY * scene.target.model.mass * opening.normal
+        held = scene.held(force, np.zeros(3), scene.target.center_of_mass)
+        terms["hold"] = _below(held, rule["hold"])
+    return terms
+
+
+def _above(value: float, rule: Rule) -> float:
+    return float((value - rule["at_least"]) / rule["scale"])
+
+
+def _below(value: float, rule: Rule) -> float:
+    return float((rule["at_most"] - min(value, 1e6)) / rule["scale"])
+
+
+def _cylinder_gap(scene: GraspScene, below: float, above: float, share: float) -> float:
+    """Return the distance [m] of hand and forearm to a cylinder around the opening's axis."""
+    opening = scene.functions.opening
+    assert opening is not None
+    offset = scene.centers - opening.center
+    height = offset @ opening.normal
+    lateral = np.linalg.norm(offset - height[:, None] * opening.normal, axis=1)
+    outside = np.stack([lateral - share * opening.radius, height - above, -below - height], axis=1)
+    gap = np.linalg.norm(np.maximum(outside, 0.0), axis=1) + np.minimum(outside.max(axis=1), 0.0)
+    return float((gap - scene.radii).min())
+
+
+def _tool_direction(scene: GraspScene, rule: Rule, screwdriver: bool) -> float:
+    """Return the margin of the tool's direction in the hand."""
+    margins = [_above(float(_TOOL_AXIS @ scene.thumb_side), rule)]
+    if screwdriver:
+        margins.append(_above(-float(_TOOL_AXIS @ scene.palm), rule))
+        margins.append((float(_TOOL_AXIS @ scene.forearm) - rule["along"]) / rule["scale"])
+    return max(margins)
+
+
+def _working_force(scene: GraspScene, rule: Rule) -> float:
+    """Return the normal forces [N] that resist cutting, striking or turning."""
+    functions, zero = scene.functions, np.zeros(3)
+    if functions.edge is not None:
+        middle = 0.5 * (functions.edge.start + functions.edge.end)
+        return scene.held(-rule["knife"] * functions.edge.direction, zero, middle)
+    if functions.face is not None:
+        return scene.held(-rule["hammer"] * functions.face.normal, zero, functions.face.center)
+    tip = scene.target.center_of_mass if functions.tip is None else functions.tip
+    push = -rule["screwdriver"] * _TOOL_AXIS
+    return min(scene.held(push, turn * rule["torque"] * _TOOL_AXIS, tip) for turn in (1.0, -1.0))
