@@ -36,8 +36,8 @@ once() {
 install() {
   local file arguments=()
   for file in "$@"; do arguments+=(-r "$file"); done
-  python -m pip install --quiet --no-warn-script-location "${arguments[@]}" >&2 ||
-    fail "pip could not install ${*}; see its message above (is the package index reachable?)"
+  python -m pip install --quiet --no-warn-script-location "${arguments[@]}" >"$venv/pip.log" 2>&1 ||
+    { tail -20 "$venv/pip.log" >&2 && fail "pip could not install $*; see above (is the package index reachable?)"; }
 }
 
 # The wheels' CMake files name the folders of the machine that built them.
