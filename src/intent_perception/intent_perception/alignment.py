@@ -74,7 +74,7 @@ def move(pose: Floats, step: NDArray[np.float64], center: NDArray[np.float64]) -
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def align(
+def align(  # noqa: C901, PLR0915 (one kernel)
     poses: Floats,
     models: NDArray[np.int64],
     points: Floats,

@@ -71,7 +71,9 @@ def select(
     chosen: list[int] = []
 
     def best() -> int | None:
-        explained = explained_by(evidence.values, evidence.windows, np.array(chosen, np.int64), shape)
+        explained = explained_by(
+            evidence.values, evidence.windows, np.array(chosen, np.int64), shape
+        )
         new, against = gains(evidence.values, evidence.windows, explained)
         worth = (new - against) * weight
         worth[(new < least_pixels) | (new < least_new * match)] = 0.0
@@ -114,9 +116,7 @@ def explained_by(
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def gains(
-    values: Floats, windows: NDArray[np.int64], explained: Floats
-) -> tuple[Floats, Floats]:
+def gains(values: Floats, windows: NDArray[np.int64], explained: Floats) -> tuple[Floats, Floats]:
     """Return for each hypothesis the evidence it adds to what is explained, and that against it."""
     count = len(windows)
     new = np.zeros(count, np.float32)

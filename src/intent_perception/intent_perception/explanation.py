@@ -67,7 +67,7 @@ def draw(
     height: int,
     width: int,
 ) -> tuple[int, int, Floats]:
-    """Return left, top and depth (h, w) of the window that shows a model; NOTHING where it is not."""
+    """Return left, top and depth (h, w) of the window of a drawn model."""
     moved = np.empty((len(vertices), 3), np.float32)
     left, top, right, bottom = window_of(pose, vertices, intrinsics, height, width, moved)
     if right <= left or bottom <= top:
@@ -81,7 +81,7 @@ def draw(
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def explain(
+def explain(  # noqa: PLR0915 (one kernel)
     left: int,
     top: int,
     drawn: Floats,
@@ -167,7 +167,7 @@ def explain(
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def settle(
+def settle(  # noqa: PLR0915 (one kernel)
     pose: Floats,
     vertices: Floats,
     faces: NDArray[np.int32],

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from intent_perception.pair_hash import BINS, _angle_bin, is_degenerate, pair_frame
+from intent_perception.pair_hash import BINS, angle_bin, is_degenerate, pair_frame
 from intent_perception.verification import support
 
 Floats = NDArray[np.float32]
@@ -56,7 +56,7 @@ class Slots:
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def keep(
+def keep(  # noqa: C901 (one kernel)
     score: float,
     rotation: Floats,
     translation: Floats,
@@ -153,10 +153,10 @@ def transform_of_pair(
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def sample_pairs(
+def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
     iterations: int,
     lookups: int,
-    seed: int,
+    rng: np.random.Generator,
     pixels: NDArray[np.int64],
     scene_points: Floats,
     smooth: Floats,
@@ -183,7 +183,7 @@ def sample_pairs(
     Args:
         iterations: scene pairs to draw.
         lookups: most model pairs taken per scene pair, drawn evenly among those of its signature.
-        seed: of the draws.
+        rng: of the draws.
         pixels: (N, 2) rows and columns of the points to draw from.
         scene_points: (H, W, 3) [m].
         smooth: (H, W) their depth; with normals, mask and intrinsics as for `support`.
@@ -205,7 +205,6 @@ def sample_pairs(
         slot_score: (M, C, K) of `Slots`, in and out.
         slot_pose: (M, C, K, 12) of `Slots`, in and out.
     """
-    np.random.seed(seed)
     height, width = smooth.shape
     frame = np.empty((3, 3), np.float32)
     model_frame = np.empty((3, 3), np.float32)
@@ -214,17 +213,17 @@ def sample_pairs(
     middle = np.empty(3, np.float32)
     generated = 0
     for _ in range(iterations):
-        drawn = np.random.randint(0, len(pixels))
+        drawn = rng.integers(0, len(pixels))
         row, column = pixels[drawn, 0], pixels[drawn, 1]
-        shell = np.random.randint(0, len(distances))
+        shell = rng.integers(0, len(distances))
         distance = distances[shell]
         found = False
         v = u = 0
         length = 0.0
         for _try in range(_TRIES):
-            angle = np.random.random() * 2.0 * np.pi
+            angle = rng.random() * 2.0 * np.pi
             reach = intrinsics[0] * distance / smooth[row, column]
-            reach *= 0.4 + 0.65 * np.random.random()
+            reach *= 0.4 + 0.65 * rng.random()
             u = int(column + reach * np.cos(angle) + 0.5)
             v = int(row + reach * np.sin(angle) + 0.5)
             if u < 0 or v < 0 or u >= width or v >= height or mask[v, u] != 1:
@@ -253,14 +252,12 @@ def sample_pairs(
             frame,
         ):
             continue
-        ka, kb, kc = _angle_bin(a), _angle_bin(b), _angle_bin(c)
+        ka, kb, kc = angle_bin(a), angle_bin(b), angle_bin(c)
         total = 0
         for ia in range(max(0, ka - 1), min(BINS, ka + 2)):
             for ib in range(max(0, kb - 1), min(BINS, kb + 2)):
                 first_key = ((shell * BINS + ia) * BINS + ib) * BINS
-                total += (
-                    starts[first_key + min(BINS, kc + 2)] - starts[first_key + max(0, kc - 1)]
-                )
+                total += starts[first_key + min(BINS, kc + 2)] - starts[first_key + max(0, kc - 1)]
         if total == 0:
             continue
         share = min(1.0, lookups / total)
@@ -271,11 +268,11 @@ def sample_pairs(
                 size = starts[first_key + min(BINS, kc + 2)] - begin
                 wanted = size * share
                 count = int(wanted)
-                if np.random.random() < wanted - count:
+                if rng.random() < wanted - count:
                     count += 1
                 if count == 0:
                     continue
-                start = np.random.randint(0, size)
+                start = rng.integers(0, size)
                 step = max(1, size // count)
                 for e in range(count):
                     entry = begin + (start + e * step) % size

@@ -97,15 +97,17 @@ class ModelLibrary:
             normals=all_normals,
             offsets=offsets,
             coarse=np.minimum(COARSE_POINTS, np.diff(offsets)),
-            vertices=tuple(
-                (m.mesh.vertices - m.center).astype(np.float32) for m in chosen
-            ),
+            vertices=tuple((m.mesh.vertices - m.center).astype(np.float32) for m in chosen),
             faces=tuple(m.mesh.faces for m in chosen),
             pairs=pairs,
             resting=resting_table(
                 all_points, all_normals, offsets, poses, axes, np.concatenate(sectors)
             ),
         )
+
+    def named(self, name: str) -> ObjectModel:
+        """Return the model with a name."""
+        return next(model for model in self.models if model.name == name)
 
     def __len__(self) -> int:
         """Return the number of models."""

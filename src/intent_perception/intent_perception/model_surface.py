@@ -30,7 +30,7 @@ class ModelSurface:
 
 
 def view_directions() -> Array:
-    """Return 42 unit vectors (42, 3) spread evenly over the sphere (an icosahedron, halved once)."""
+    """Return unit vectors (42, 3) spread evenly over the sphere (an icosahedron halved once)."""
     golden = (1.0 + np.sqrt(5.0)) / 2.0
     corners = []
     for a in (-1.0, 1.0):
@@ -86,11 +86,11 @@ def _visibility(
     vertices = model.mesh.vertices * scale
     for bit, direction in enumerate(view_directions()):
         up = np.array([1.0, 0.0, 0.0]) if abs(direction[2]) > 0.9 else np.array([0.0, 0.0, 1.0])
-        T = np.linalg.inv(look_at(direction * distance * scale, np.zeros(3), up))
+        T_view = np.linalg.inv(look_at(direction * distance * scale, np.zeros(3), up))
         depth = np.full((_VIEW_PIXELS, _VIEW_PIXELS), NOTHING, np.float32)
-        seen = (vertices @ T[:3, :3].T + T[:3, 3]).astype(np.float32)
+        seen = (vertices @ T_view[:3, :3].T + T_view[:3, 3]).astype(np.float32)
         rasterize(seen, model.mesh.faces, intrinsics, depth)
-        camera_points = (points * scale) @ T[:3, :3].T + T[:3, 3]
+        camera_points = (points * scale) @ T_view[:3, :3].T + T_view[:3, 3]
         pixel = np.rint(camera_points[:, :2] / camera_points[:, 2:] * focal + center).astype(int)
         pixel = np.clip(pixel, 0, _VIEW_PIXELS - 1)
         facing = normals @ direction

@@ -80,7 +80,7 @@ def _strided(camera: Camera, stride: int, shape: tuple[int, ...]) -> Camera:
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def fit_planes(
+def fit_planes(  # noqa: PLR0915 (one kernel)
     depth: Floats, fx: float, fy: float, cx: float, cy: float, radius: float
 ) -> tuple[Floats, Floats]:
     """Return smoothed depth (H, W) and normals (H, W, 3) from planes fitted around each pixel.

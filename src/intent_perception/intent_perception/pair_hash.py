@@ -40,9 +40,7 @@ class PairTable:
     """(S * BINS^3 + 1,) where each signature's entries begin."""
 
     @classmethod
-    def empty(
-        cls, distances: tuple[float, ...], tolerance: float, capacity: int
-    ) -> "PairTable":
+    def empty(cls, distances: tuple[float, ...], tolerance: float, capacity: int) -> "PairTable":
         """Return a table without models."""
         starts = np.zeros(len(distances) * BINS**3 + 1, np.int64)
         entries = np.zeros((0, 3), np.uint16)
@@ -54,7 +52,9 @@ class PairTable:
         """How many models the table holds."""
         return int(self.entries[:, 0].max()) + 1 if len(self.entries) else 0
 
-    def with_model(self, number: int, surface: ModelSurface, sector: NDArray[np.bool_]) -> "PairTable":
+    def with_model(
+        self, number: int, surface: ModelSurface, sector: NDArray[np.bool_]
+    ) -> "PairTable":
         """Return this table and the pairs of one more model; those it holds are not recomputed.
 
         Args:
@@ -65,9 +65,7 @@ class PairTable:
         """
         return self.with_models([(number, surface, sector)])
 
-    def with_models(
-        self, added: list[tuple[int, ModelSurface, NDArray[np.bool_]]]
-    ) -> "PairTable":
+    def with_models(self, added: list[tuple[int, ModelSurface, NDArray[np.bool_]]]) -> "PairTable":
         """Return this table and the pairs of several more models (see `with_model`)."""
         keys, entries = [self.keys], [self.entries]
         for number, surface, sector in added:
@@ -139,7 +137,8 @@ class PairTable:
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def _angle_bin(cosine: float) -> int:
+def angle_bin(cosine: float) -> int:
+    """Return the bin of the angle with this cosine."""
     angle = np.arccos(min(1.0, max(-1.0, cosine)))
     return min(BINS - 1, int(angle * (BINS / np.pi)))
 
@@ -188,8 +187,8 @@ def _pairs(
                 keys = np.concatenate((keys, np.empty(count, np.int32)))
                 firsts = np.concatenate((firsts, np.empty(count, np.uint16)))
                 seconds = np.concatenate((seconds, np.empty(count, np.uint16)))
-            keys[count] = ((shell * BINS + _angle_bin(a)) * BINS + _angle_bin(b)) * BINS + (
-                _angle_bin(c)
+            keys[count] = ((shell * BINS + angle_bin(a)) * BINS + angle_bin(b)) * BINS + (
+                angle_bin(c)
             )
             firsts[count] = i
             seconds[count] = j
@@ -199,7 +198,7 @@ def _pairs(
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
 def is_degenerate(a: float, b: float, c: float) -> bool:
-    """Return whether a pair fixes no pose well: both points on one plane, or normals on the line."""
+    """Return whether a pair fixes no pose well: on one plane, or with normals along its line."""
     coplanar = c > 0.985 and abs(a) < 0.15
     along = abs(a) > 0.97 and abs(b) > 0.97
     return bool(coplanar or along)

@@ -1,58 +1,37 @@
-"""Recognition of known objects in one RGB-D frame (Sec. III-A): hypothesise, verify, select."""
+"""The recogniser of Sec. III-A over a sequence: it looks while no hand is near the objects."""
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.alignment import align
+from intent_perception.arm import ArmConfig, arm_pixels
 from intent_perception.camera import RgbdFrame
-from intent_perception.conflict import Evidence, Selection, select
-from intent_perception.explanation import COUNTS, DRAWN, MATCH, draw, explain, settle
-from intent_perception.geometry import Array
-from intent_perception.hypotheses import Slots, sample_pairs
+from intent_perception.detection import Detection, Detector, DetectorConfig, Findings
+from intent_perception.geometry import Array, transform_points
 from intent_perception.model_library import ModelLibrary
-from intent_perception.oriented_image import OrientedImage, orient
-from intent_perception.segmentation import Segmentation, segment
-from intent_perception.table import TablePlane, find_table
-from intent_perception.table_prior import sample_resting
-from intent_perception.verification import support_of_all
-
-Floats = NDArray[np.float32]
+from intent_perception.objects import ObjectDatabase
+from intent_perception.oriented_image import OrientedImage
+from intent_perception.table import TablePlane
 
 
 @dataclass(frozen=True)
 class RecognizerConfig:
     """Parameters of the recogniser."""
 
-    focal_length: float = 525.0
-    """Images of a longer focal length are reduced to about this one [pixel]."""
-    max_depth: float = 1.8
-    """Measurements beyond are ignored [m]."""
-    normal_radius: float = 0.009
-    """Half the window in which normals are estimated [m]."""
-    pair_iterations: int = 4000
-    """Scene point pairs drawn."""
-    pair_lookups: int = 240
-    """Model pairs tried for each of them."""
-    hash_only: bool = False
-    """Whether to do without the table prior, as the paper does."""
-    resting_points: int = 900
-    """Scene points from which resting poses are proposed."""
-    resting_lookups: int = 600
-    """Resting model points tried for each of them."""
-    refined_per_model: int = 48
-    """Hypotheses of each model that are refined on their points."""
-    drawn: int = 160
-    """Hypotheses that are drawn and held against the depth image."""
-    tolerance: float = 0.006
-    """Depth difference of a match at 1 m [m]."""
-    least_pixels: float = 80.0
-    """Pixels an object must explain."""
-    least_quality: float = 0.6
-    """Least share of the judged pixels that must match."""
-    seed: int = 0
-    """Of all random draws."""
+    detection: DetectorConfig = field(default_factory=DetectorConfig)
+    """How objects are found in one frame."""
+    arm: ArmConfig = field(default_factory=ArmConfig)
+    """How an arm over the table is told from objects."""
+    least_confidence: float = 0.5
+    """Objects less probable are not reported, 0..1."""
+    hand_distance: float = 0.10
+    """A hand this near an object holds the answer [m], 0..1."""
+    changed_pixels: int = 150
+    """Pixels that differ from the last answer's scene when it is looked at again, 1..100000."""
+    changed_depth: float = 0.012
+    """Difference in depth that counts as a change [m], 0.001..0.1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,247 +64,108 @@ class RecognizedObjects:
     """(4, 4) camera -> table."""
 
 
-@dataclass(frozen=True, eq=False)
-class Detection:
-    """An object found, in the camera frame, with what speaks for it."""
+class Recognizer:
+    """Finds the objects again and again while no hand is near them, else holds its answer.
 
-    model: int
-    """Number in the library."""
-    T_camera_object: Array
-    """(4, 4)."""
-    confidence: float
-    """Probability that it is right."""
-    visible_fraction: float
-    """Share of its silhouette that is seen."""
-    features: Floats
-    """What the confidence is computed from."""
+    A scene that has not changed keeps its answer, so that the same frames give the same answers
+    however many of them a slow machine drops.
+    """
 
-
-@dataclass(frozen=True, eq=False)
-class Findings:
-    """Everything that recognition says about one frame."""
-
-    detections: tuple[Detection, ...]
-    """Best first."""
-    image: OrientedImage
-    """The scene as it was seen."""
-    segmentation: Segmentation
-    """Its parts."""
-    hypotheses: int
-    """How many were generated."""
-
-
-class Recognition:
-    """The stages of Sec. III-A over one library of models."""
-
-    def __init__(self, library: ModelLibrary, config: RecognizerConfig) -> None:
-        self.library = library
-        self.config = config
-
-    def find(self, frame: RgbdFrame, T_table_camera: Array | None = None) -> Findings:
-        """Return all objects of the library in a frame."""
-        config = self.config
-        rng = np.random.default_rng(config.seed)
-        image = orient(frame, config.focal_length, config.normal_radius, config.max_depth)
-        table = find_table(image, rng, 0.008, 0.15)
-        parts = segment(image, table)
-        models, poses, hypotheses = self._hypotheses(image, parts, rng)
-        models, poses = self._refined(image, parts, models, poses)
-        evidence, poses = self._drawn(image, parts, models, poses)
-        chosen = select(
-            evidence, image.depth.shape, config.least_pixels, config.least_quality, 0.5
-        )
-        detections = self._detections(image, parts, models, poses, evidence, chosen)
-        return Findings(detections, image, parts, hypotheses)
-
-    def _hypotheses(
-        self, image: OrientedImage, parts: Segmentation, rng: np.random.Generator
-    ) -> tuple[NDArray[np.int64], Floats, int]:
-        library, config = self.library, self.config
-        slots = Slots.empty(len(library), *image.depth.shape, depth=3)
-        pixels = np.argwhere(parts.mask == 1).astype(np.int64)
-        if len(pixels) < config.least_pixels:
-            return np.zeros(0, np.int64), np.zeros((0, 12), np.float32), 0
-        points, intrinsics = image.points(), _intrinsics(image)
-        tolerance = config.tolerance * 1.7
-        made = 0
-        if parts.table is not None and not config.hash_only:
-            spread = rng.choice(len(pixels), min(config.resting_points, len(pixels)), replace=False)
-            made += sample_resting(
-                config.resting_lookups,
-                config.seed,
-                pixels[np.sort(spread)],
-                points,
-                image.smooth,
-                image.normals,
-                parts.mask,
-                intrinsics,
-                parts.table.T_table_camera().astype(np.float32),
-                library.resting.starts,
-                library.resting.entries,
-                library.resting.poses,
-                library.points,
-                library.normals,
-                library.offsets,
-                library.coarse,
-                library.axes,
-                tolerance,
-                slots.columns,
-                slots.score,
-                slots.pose,
-            )
-        made += sample_pairs(
-            config.pair_iterations,
-            config.pair_lookups,
-            config.seed + 1,
-            pixels,
-            points,
-            image.smooth,
-            image.normals,
-            parts.mask,
-            intrinsics,
-            library.pairs.distances,
-            library.pairs.tolerance,
-            library.pairs.starts,
-            library.pairs.entries,
-            library.points,
-            library.normals,
-            library.offsets,
-            library.coarse,
-            library.axes,
-            _plane(parts.table),
-            tolerance,
-            slots.columns,
-            slots.score,
-            slots.pose,
-        )
-        models, _, poses = slots.best(config.refined_per_model)
-        return models, poses, made
-
-    def _refined(
+    def __init__(
         self,
-        image: OrientedImage,
-        parts: Segmentation,
-        models: NDArray[np.int64],
-        poses: Floats,
-    ) -> tuple[NDArray[np.int64], Floats]:
-        library, config = self.library, self.config
-        surface = (library.points, library.normals, library.offsets)
-        scene = (image.smooth, image.normals, parts.mask, _intrinsics(image))
-        steps = np.array([0.016, 0.012, 0.010, 0.008, 0.008], np.float32)
-        align(poses, models, *surface, 160, *scene, steps)
-        result = support_of_all(poses, models, *surface, *scene, config.tolerance, 0.6)
-        worth = result[:, 0]
-        # every model keeps a share, the rest goes to the best of all
-        order = np.argsort(-worth, kind="stable")
-        rank = np.zeros(len(models), np.int64)
-        for number in range(len(library)):
-            mine = order[models[order] == number]
-            rank[mine] = np.arange(len(mine))
-        quota = max(2, config.drawn // (2 * len(library)))
-        first = order[(rank[order] < quota) & (worth[order] > 0.25)]
-        rest = order[(rank[order] >= quota) & (worth[order] > 0.25)]
-        kept = np.concatenate([first, rest])[: config.drawn]
-        return models[kept], poses[kept]
+        database: ObjectDatabase,
+        config: RecognizerConfig | None = None,
+        T_table_camera: Array | None = None,
+    ) -> None:
+        """Prepare all models of a database.
 
-    def _drawn(
-        self,
-        image: OrientedImage,
-        parts: Segmentation,
-        models: NDArray[np.int64],
-        poses: Floats,
-    ) -> tuple[Evidence, Floats]:
-        library = self.library
-        intrinsics = _intrinsics(image)
-        steps = np.array([0.010, 0.007, 0.005], np.float32)
-        values, windows, counts, start = [], [], [], 0
-        for number, pose in zip(models, poses, strict=True):
-            mesh = (library.vertices[number], library.faces[number])
-            settle(
-                pose, *mesh, image.smooth, image.normals, parts.mask, intrinsics, steps, 2
-            )
-            value, window, count = self._evidence(image, parts, number, pose)
-            values.append(value.ravel())
-            windows.append((*window, value.shape[1], value.shape[0], start))
-            counts.append(count)
-            start += value.size
-        evidence = Evidence(
-            np.concatenate([*values, np.zeros(0, np.float32)]),
-            np.array(windows, np.int64).reshape(-1, 5),
-            np.array(counts, np.float32).reshape(-1, COUNTS),
+        Args:
+            database: what can be recognised.
+            config: parameters, None = the defaults.
+            T_table_camera: (4, 4) of a calibrated camera; None = the table is found in each frame.
+        """
+        self._config = config or RecognizerConfig()
+        self._detector = Detector(ModelLibrary.of(database), self._config.detection)
+        self._T_table_camera = T_table_camera
+        self._answer: RecognizedObjects | None = None
+        self._seen: NDArray[np.float32] | None = None
+
+    def reset(self) -> None:
+        """Forget the answer that is held."""
+        self._answer = None
+        self._seen = None
+
+    def step(self, frame: RgbdFrame) -> RecognizedObjects | None:
+        """Return what is on the table; None while nothing new can be said.
+
+        The first frame always gives an answer, which is empty where nothing known is seen.
+        """
+        detector, config = self._detector, self._config
+        image = detector.oriented(frame)
+        table = detector.table(image)
+        arm = arm_pixels(image, table, config.arm)
+        if self._answer is not None and (
+            table is None or self._held(image, table, arm) or not self._changed(image, arm)
+        ):
+            return None
+        findings = detector.find_in(image, table, ~arm)
+        self._answer = self._reported(frame.stamp, findings)
+        self._seen = np.where(arm, np.float32(0.0), image.smooth)
+        return self._answer
+
+    def _held(self, image: OrientedImage, table: TablePlane, arm: NDArray[np.bool_]) -> bool:
+        """Return whether an arm is near any object of the answer."""
+        assert self._answer is not None
+        points = image.points()[arm][::7].astype(np.float64)
+        if len(points) == 0:
+            return False
+        hand = transform_points(self._frame_of(table), points)
+        for item in self._answer.objects:
+            model = self._detector.library.named(item.model)
+            center = transform_points(item.T_table_object, model.center)
+            gap = np.linalg.norm(hand - center, axis=1).min() - 0.5 * model.diameter
+            if gap < self._config.hand_distance:
+                return True
+        return False
+
+    def _changed(self, image: OrientedImage, arm: NDArray[np.bool_]) -> bool:
+        """Return whether the scene differs from the one of the answer in more than noise."""
+        assert self._seen is not None
+        if self._seen.shape != image.smooth.shape:
+            return True
+        both = (self._seen > 0.0) & (image.smooth > 0.0) & ~arm
+        differs = both & (np.abs(self._seen - image.smooth) > self._config.changed_depth)
+        # single pixels at edges flicker
+        steady = differs[1:-1, 1:-1] & differs[:-2, 1:-1] & differs[2:, 1:-1]
+        steady &= differs[1:-1, :-2] & differs[1:-1, 2:]
+        return int(steady.sum()) > self._config.changed_pixels
+
+    def _frame_of(self, table: TablePlane | None) -> Array:
+        if self._T_table_camera is not None:
+            return self._T_table_camera
+        return np.eye(4) if table is None else table.T_table_camera()
+
+    def _reported(self, stamp: int, findings: Findings) -> RecognizedObjects:
+        T_table_camera = self._frame_of(findings.segmentation.table)
+        counts: Counter[str] = Counter()
+        objects = []
+        for detection in findings.detections:
+            if detection.confidence < self._config.least_confidence:
+                continue
+            objects.append(self._object(detection, T_table_camera, counts))
+        return RecognizedObjects(stamp, tuple(objects), T_table_camera)
+
+    def _object(
+        self, detection: Detection, T_table_camera: Array, counts: Counter[str]
+    ) -> RecognizedObject:
+        model = self._detector.library.models[detection.model]
+        counts[model.name] += 1
+        suffix = "" if counts[model.name] == 1 else f".{counts[model.name]}"
+        return RecognizedObject(
+            id=model.name + suffix,
+            model=model.name,
+            object_class=model.object_class,
+            T_table_object=T_table_camera @ detection.T_camera_object,
+            confidence=detection.confidence,
+            visible_fraction=detection.visible_fraction,
         )
-        return evidence, poses
-
-    def _evidence(
-        self, image: OrientedImage, parts: Segmentation, number: int, pose: Floats
-    ) -> tuple[Floats, tuple[int, int], Floats]:
-        intrinsics = _intrinsics(image)
-        left, top, drawn = draw(
-            pose,
-            self.library.vertices[number],
-            self.library.faces[number],
-            intrinsics,
-            *image.depth.shape,
-        )
-        value, count = explain(
-            left,
-            top,
-            drawn,
-            image.depth,
-            image.smooth,
-            image.normals,
-            parts.mask,
-            intrinsics,
-            self.config.tolerance,
-        )
-        return value, (left, top), count
-
-    def _detections(
-        self,
-        image: OrientedImage,
-        parts: Segmentation,
-        models: NDArray[np.int64],
-        poses: Floats,
-        evidence: Evidence,
-        selection: Selection,
-    ) -> tuple[Detection, ...]:
-        steps = np.array([0.006, 0.005, 0.004, 0.004], np.float32)
-        found = []
-        quality = evidence.quality()
-        for index, new in zip(selection.chosen, selection.new, strict=True):
-            number, pose = int(models[index]), poses[index].copy()
-            settle(
-                pose,
-                self.library.vertices[number],
-                self.library.faces[number],
-                image.depth,
-                image.normals,
-                parts.mask,
-                _intrinsics(image),
-                steps,
-                1,
-            )
-            counts = evidence.counts[index]
-            visible = float(counts[MATCH] / max(counts[DRAWN], 1.0))
-            features = np.array([quality[index], visible, new, counts[MATCH]], np.float32)
-            found.append(
-                Detection(
-                    number,
-                    self.library.object_pose(number, pose),
-                    float(quality[index]),
-                    visible,
-                    features,
-                )
-            )
-        return tuple(sorted(found, key=lambda d: -d.confidence))
-
-
-def _intrinsics(image: OrientedImage) -> Floats:
-    camera = image.camera
-    return np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float32)
-
-
-def _plane(table: TablePlane | None) -> Floats:
-    if table is None:
-        return np.zeros(4, np.float32)
-    return np.array([*table.normal, table.offset], np.float32)

@@ -29,8 +29,16 @@ class Segmentation:
     """(H, W) number of the connected cluster of object pixels from 1 on, 0 = none."""
 
 
-def segment(image: OrientedImage, table: TablePlane | None) -> Segmentation:
-    """Return the object pixels: everything above the table, or everything if there is none."""
+def segment(
+    image: OrientedImage, table: TablePlane | None, allowed: NDArray[np.bool_] | None = None
+) -> Segmentation:
+    """Return the object pixels: everything above the table, or everything if there is none.
+
+    Args:
+        image: the scene.
+        table: its table, None = there is none.
+        allowed: (H, W) pixels that may be objects, None = all.
+    """
     if table is None:
         height = np.zeros_like(image.depth)
         mask = image.valid
@@ -40,6 +48,8 @@ def segment(image: OrientedImage, table: TablePlane | None) -> Segmentation:
         mask = (height > _LOWEST) & (height < _HIGHEST)
         rows, columns = np.nonzero(mask)
         mask[rows, columns] = table.over_table(points[rows, columns], _MARGIN)
+    if allowed is not None:
+        mask = mask & allowed
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
     large = stats[:, cv2.CC_STAT_AREA] >= _SMALLEST
     large[0] = False

@@ -53,13 +53,15 @@ def resting_table(
         axes: (M, 3) symmetry axes, zero without.
         sector: (P,) points of a model that stand for all those turned about its axis.
     """
-    keys, entries, rows = [], [], []
+    keys: list[NDArray[np.int64]] = []
+    entries: list[NDArray[np.int64]] = []
+    rows: list[Floats] = []
     for model, poses in enumerate(stable_poses):
         mine = slice(offsets[model], offsets[model + 1])
-        for T in poses[:_POSES]:
-            upright = abs(T[2, :3] @ axes[model]) > 0.99
-            height = points[mine] @ T[2, :3] + T[2, 3]
-            tilt = np.arccos(np.clip(normals[mine] @ T[2, :3], -1.0, 1.0))
+        for T_rest in poses[:_POSES]:
+            upright = abs(T_rest[2, :3] @ axes[model]) > 0.99
+            height = points[mine] @ T_rest[2, :3] + T_rest[2, 3]
+            tilt = np.arccos(np.clip(normals[mine] @ T_rest[2, :3], -1.0, 1.0))
             level = np.clip(height / _HEIGHT_STEP, 0, _HEIGHTS - 1).astype(np.int64)
             # what faces the table is never seen
             kept = (tilt < 2.6) & (height < _HEIGHT_STEP * _HEIGHTS) & (height > 0.003)
@@ -70,7 +72,7 @@ def resting_table(
             keys.append(level[index] * _TILTS + bins[index])
             row = np.full(len(index), len(rows))
             entries.append(np.stack([np.full(len(index), model), row, index], axis=1))
-            rows.append(np.concatenate([T[:3, :3].ravel(), [0.0, 0.0, T[2, 3]]]))
+            rows.append(np.concatenate([T_rest[:3, :3].ravel(), [0.0, 0.0, T_rest[2, 3]]]))
     order = np.argsort(np.concatenate(keys), kind="stable")
     all_keys = np.concatenate(keys)[order]
     starts = np.searchsorted(all_keys, np.arange(_HEIGHTS * _TILTS + 1)).astype(np.int64)
@@ -80,9 +82,9 @@ def resting_table(
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def sample_resting(
+def sample_resting(  # noqa: C901, PLR0915 (one kernel)
     lookups: int,
-    seed: int,
+    rng: np.random.Generator,
     pixels: NDArray[np.int64],
     scene_points: Floats,
     smooth: Floats,
@@ -107,7 +109,7 @@ def sample_resting(
 
     Args:
         lookups: most entries taken per pixel, drawn evenly among those that fit.
-        seed: of the draws.
+        rng: of the draws.
         pixels: (N, 2) rows and columns.
         scene_points: (H, W, 3) in the camera frame [m]; with depth, normals, mask and intrinsics
             as for `sample_pairs`.
@@ -129,7 +131,6 @@ def sample_resting(
         slot_score: (M, C, K) in and out.
         slot_pose: (M, C, K, 12) in and out.
     """
-    np.random.seed(seed)
     no_plane = np.zeros(4, np.float32)
     rotation = np.empty((3, 3), np.float32)
     translation = np.empty(3, np.float32)
@@ -158,7 +159,7 @@ def sample_resting(
         share = min(1.0, lookups / total)
         for i in range(max(0, level - 1), min(_HEIGHTS, level + 2)):
             for entry in range(starts[i * _TILTS + low], starts[i * _TILTS + high]):
-                if share < 1.0 and np.random.random() > share:
+                if share < 1.0 and rng.random() > share:
                     continue
                 model = entries[entry, 0]
                 pose = poses[entries[entry, 1]]
@@ -173,7 +174,7 @@ def sample_resting(
                     nx += pose[c] * normals[index, c]
                     ny += pose[3 + c] * normals[index, c]
                 if nx * nx + ny * ny < 0.1:  # a horizontal face has no azimuth
-                    yaw = np.random.random() * 2.0 * np.pi
+                    yaw = rng.random() * 2.0 * np.pi
                 else:
                     yaw = azimuth - np.arctan2(ny, nx)
                 cosine, sine = np.float32(np.cos(yaw)), np.float32(np.sin(yaw))
