@@ -104,10 +104,10 @@ def _hypotheses(canvas: Figure, pictures: Sequence[Image], plan: GraspPlan | Non
         _nothing(title, "no grasp was planned" if affords else "nothing here affords the task")
     elif plan is not None:
         words = f"best first, of {len(plan.grasps)} that the hand can reach among its neighbours"
-        title.text(0.0, 0.03, words, color=SOFT, fontsize=10.5, transform=title.transAxes)
+        title.text(0.0, 0.035, words, color=SOFT, fontsize=10.5, transform=title.transAxes)
     width = 0.435 / 4
     for index, picture in enumerate(pictures[:4]):
-        axes = canvas.add_axes((0.275 + width * index, _BOTTOM + 0.10, width * 0.97, 0.24))
+        axes = canvas.add_axes((0.275 + width * index, _BOTTOM + 0.055, width * 0.97, 0.335))
         axes.set_axis_off()
         axes.imshow(picture, interpolation="antialiased")
 

@@ -33,15 +33,18 @@ def picture_of_robot_table(record: DemoRecord) -> Image | None:
 
 
 def picture_of_grasp(
-    candidate: GraspCandidate, objects: RecognizedObjects, known: ObjectDatabase, size: int
+    candidate: GraspCandidate,
+    objects: RecognizedObjects,
+    known: ObjectDatabase,
+    size: tuple[int, int],
 ) -> Image:
-    """Return the robot's closed hand on its object among its neighbours, (size, size, 3) RGB.
+    """Return the robot's closed hand on its object among its neighbours, RGB.
 
     Args:
         candidate: the grasp.
         objects: the robot's table.
         known: the database with their meshes.
-        size: edge of the square picture in pixels.
+        size: width and height of the picture in pixels.
     """
     hand = hand_mesh(schunk_hand(), candidate.grasp_joints)
     bodies = [Body(hand, candidate.T_table_hand, ROBOT_COLOR)]
@@ -53,12 +56,12 @@ def picture_of_grasp(
         bodies.append(Body(known[item.model].mesh, item.T_table_object, color))
     own = [item.id for item in objects.objects].index(target.id) + 1
     T_table_camera = _best_view(candidate, target, known, bodies, own)
-    return studio(_camera(size), T_table_camera, bodies)
+    return studio(_camera(*size), T_table_camera, bodies)
 
 
-def _camera(size: int) -> Camera:
-    middle = (size - 1) / 2
-    return Camera(size, size, 1.5 * size, 1.5 * size, middle, middle)
+def _camera(width: int, height: int) -> Camera:
+    focal = 1.5 * width
+    return Camera(width, height, focal, focal, (width - 1) / 2, (height - 1) / 2)
 
 
 def _best_view(
@@ -80,7 +83,7 @@ def _best_view(
         angle = start + turn
         eye = np.array([0.88 * np.cos(angle), 0.88 * np.sin(angle), 0.47]) * distance + middle
         pose = look_at(eye, middle)
-        label = shaded(_camera(72), pose, bodies)[1]
+        label = shaded(_camera(72, 72), pose, bodies)[1]
         hand, thing = float(np.sum(label == 0)), float(np.sum(label == own))
         seen = min(hand, 2.0 * thing) + 0.2 * (hand + thing)
         if seen > 1.08 * best_seen:
@@ -95,7 +98,7 @@ def pictures_of_hypotheses(record: DemoRecord, count: int = 4) -> list[Image]:
         return []
     pictures = []
     for rank, candidate in enumerate(different(plan, count)):
-        picture = picture_of_grasp(candidate, objects, record.database, 420)
+        picture = picture_of_grasp(candidate, objects, record.database, (400, 540))
         words = f"p = {candidate.score_parts.get('task', candidate.score):.2f}"
         code = task_color(plan.task, (plan.task,))
         red, green, blue = (int(code[k : k + 2], 16) / 255 for k in (1, 3, 5))

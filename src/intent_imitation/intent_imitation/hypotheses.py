@@ -3,13 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from intent_perception.sdf import SignedDistance
 
-from intent_imitation.library import GraspLibrary, GraspSet
+from intent_imitation.library import GraspLibrary, GraspSet, empty_set, grasp_set
 from intent_inference.features import Features
+from intent_inference.simulation.candidates import CandidateSource
 from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.simulation.task_object import TaskObject
 from intent_perception.geometry import quaternion_from_rotation
 from intent_perception.objects import ObjectDatabase, ObjectModel
+from intent_perception.sdf import SignedDistance
 from intent_tracking.features import palm_center
 
 
@@ -37,6 +39,10 @@ class HypothesisSource:
         self._distances: dict[str, SignedDistance] = {}
         self._known: dict[tuple[str, str], Hypotheses] = {}
 
+    def model(self, name: str) -> ObjectModel:
+        """Return a model of the database."""
+        return self._database[name]
+
     def distance(self, model: str) -> SignedDistance:
         """Return the signed distance of a model's mesh, in its object frame."""
         if model not in self._distances:
@@ -56,7 +62,7 @@ class HypothesisSource:
         stored = self._library.sets.get(model)
         if stored is not None:
             return stored
-        raise NotImplementedError
+        return plan_unshaken(self._database[model], self._hand, self._tries)
 
 
 def hypotheses_of(
@@ -82,6 +88,35 @@ def hypotheses_of(
     features["coc"] = grasps.contact_center
     features["gbvl"] = grasps.grasped_box
     return Hypotheses(grasps, features, known)
+
+
+def plan_unshaken(model: ObjectModel, hand: GraspingHand, tries: int) -> GraspSet:
+    """Return grasps of an object that nobody has practised with: static filter, no shake test.
+
+    The same tries give the same grasps: the source of randomness starts from zero for each object.
+
+    Args:
+        model: the object; without a volume it gets no grasps.
+        hand: the robot's hand.
+        tries: number of hypotheses tried.
+    """
+    try:
+        target = TaskObject(model)
+    except ValueError:
+        return empty_set(len(hand.table.joint_names))
+    source = CandidateSource(target, hand, np.random.default_rng(0))
+    found = source.take(tries, tries)
+    poses = [candidate.grasp.T_object_hand for candidate in found]
+    return grasp_set(
+        target.geometry,
+        hand,
+        np.array(poses).reshape(-1, 4, 4),
+        np.array([candidate.hypothesis.approach for candidate in found]).reshape(-1, 3),
+        [candidate.hypothesis.joints for candidate in found],
+        [candidate.grasp.joints for candidate in found],
+        np.array([0.5 * (1.0 - candidate.residual) for candidate in found]),
+        shaken=False,
+    )
 
 
 def object_features(model: ObjectModel, object_class: str) -> Features:

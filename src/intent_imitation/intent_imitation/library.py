@@ -1,6 +1,6 @@
 """Preplanned grasps of the robot's hand, stored per object and never with labels or margins."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_tracking.features import ObjectGeometry, grasp_features
 
 Array = NDArray[np.float64]
 
@@ -45,6 +46,62 @@ class GraspSet:
 
     def __len__(self) -> int:
         return len(self.T_object_hand)
+
+
+def grasp_set(
+    geometry: ObjectGeometry,
+    hand: GraspingHand,
+    T_object_hand: Array,
+    approach: Array,
+    pregrasp_joints: Sequence[Array],
+    grasp_joints: Sequence[Array],
+    stability: Array,
+    shaken: bool,
+) -> GraspSet:
+    """Return grasps of one object together with their constraint features of Table I.
+
+    Args:
+        geometry: the object.
+        hand: the robot's hand.
+        T_object_hand: (G, 4, 4) final poses.
+        approach: (G, 3) unit directions in the object frame.
+        pregrasp_joints: G open postures (J,) [rad].
+        grasp_joints: G closed postures (J,) [rad].
+        stability: (G,) in 0..1.
+        shaken: whether they passed the shake test.
+    """
+    if len(T_object_hand) == 0:
+        return empty_set(len(hand.table.joint_names))
+    features = [
+        grasp_features(geometry, pose, joints, hand.table)
+        for pose, joints in zip(T_object_hand, grasp_joints, strict=True)
+    ]
+    return GraspSet(
+        T_object_hand,
+        approach,
+        np.array(pregrasp_joints),
+        np.array(grasp_joints),
+        np.clip(stability, 0.0, 1.0),
+        np.array([f.fvol for f in features]),
+        np.array([f.coc for f in features]),
+        np.array([f.gbvl for f in features]),
+        np.full(len(features), shaken),
+    )
+
+
+def empty_set(joints: int) -> GraspSet:
+    """Return no grasps of a hand with J joints."""
+    return GraspSet(
+        np.zeros((0, 4, 4)),
+        np.zeros((0, 3)),
+        np.zeros((0, joints)),
+        np.zeros((0, joints)),
+        np.zeros(0),
+        np.zeros((0, 1)),
+        np.zeros((0, 3)),
+        np.zeros((0, 3)),
+        np.zeros(0, dtype=bool),
+    )
 
 
 @dataclass(frozen=True, eq=False)

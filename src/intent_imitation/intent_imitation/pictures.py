@@ -6,12 +6,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from intent_perception.rendering import render
 from numpy.typing import NDArray
 
 from intent_perception.camera import Camera
 from intent_perception.geometry import Array, inverse, transform_points
 from intent_perception.mesh import Mesh
+from intent_perception.rendering import render
 
 Image = NDArray[np.uint8]
 FONT = cv2.FONT_HERSHEY_SIMPLEX
@@ -106,43 +106,27 @@ def shaded(
     T_camera_table = inverse(T_table_camera)
     poses = np.array([T_camera_table @ body.T_table_body for body in bodies])
     colors = np.array([body.color for body in bodies])
-    rendered = render(camera, [body.mesh for body in bodies], poses, colors)
-    light = T_camera_table[:3, :3] @ LIGHT_TABLE
-    normal = _normals(camera, rendered.depth, rendered.label)
+    rendered = render(camera, [body.mesh for body in bodies], poses, normals=True)
+    canvas = np.zeros((camera.height, camera.width, 3))
+    rows, columns = (np.flatnonzero((rendered.label >= 0).any(axis=axis)) for axis in (1, 0))
+    if rows.size and rendered.normal is not None:
+        part = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+        light = T_camera_table[:3, :3] @ LIGHT_TABLE
+        base = np.concatenate([colors, np.zeros((1, 3))])[rendered.label[part]]
+        canvas[part] = _lit(rendered.normal[part], base, light, smooth)
+    return canvas, rendered.label
+
+
+def _lit(normal: NDArray[np.float32], base: Array, light: Array, smooth: bool) -> Array:
+    """Return the colours (H, W, 3) of surfaces with unit normals and base colours under a lamp."""
     if smooth:
-        normal = cv2.bilateralFilter(normal.astype(np.float32), 11, 0.45, 5.0).astype(np.float64)
-        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-9)
+        normal = cv2.bilateralFilter(normal, 9, 0.45, 4.0)
+        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), np.float32(1e-6))
     diffuse = 0.5 + 0.5 * (normal @ light)
     half = light + np.array([0.0, 0.0, -1.0])
     gloss = np.clip(normal @ (half / np.linalg.norm(half)), 0.0, 1.0) ** 40
-    base = np.concatenate([colors, np.zeros((1, 3))])[rendered.label]
     color = base * (0.35 + 0.75 * diffuse[..., None]) + 0.18 * gloss[..., None]
-    return np.clip(color, 0.0, 1.0), rendered.label
-
-
-def _normals(camera: Camera, depth: NDArray[np.float32], label: NDArray[np.int16]) -> Array:
-    """Return unit normals (H, W, 3) towards the camera from a clean depth image.
-
-    Differences are taken inside one body: across, the smaller one-sided difference wins.
-    """
-    points = camera.backproject(depth).astype(np.float64)
-    across = _smaller_difference(points, depth, 1)
-    down = _smaller_difference(points, depth, 0)
-    normal = np.cross(down, across)
-    length = np.linalg.norm(normal, axis=-1, keepdims=True)
-    normal = np.where(length > 0.0, normal / np.maximum(length, 1e-12), [0.0, 0.0, -1.0])
-    away = np.sum(normal * points, axis=-1, keepdims=True) > 0.0
-    normal = np.where(away, -normal, normal)
-    return np.where(label[..., None] >= 0, normal, np.array([0.0, 0.0, -1.0]))
-
-
-def _smaller_difference(points: Array, depth: NDArray[np.float32], axis: int) -> Array:
-    """Return the change of points (H, W, 3) per pixel, from the side where depth jumps less."""
-    ahead = np.roll(points, -1, axis) - points
-    behind = points - np.roll(points, 1, axis)
-    jump = np.abs(np.diff(depth, axis=axis, append=np.take(depth, [-1], axis)))
-    first = jump <= np.roll(jump, 1, axis)
-    return np.where(first[..., None], ahead, behind)
+    return np.asarray(np.clip(color, 0.0, 1.0))
 
 
 def studio(
@@ -167,7 +151,7 @@ def studio(
         canvas = canvas * (1.0 - 0.30 * dark[..., None])
     canvas = np.where(label[..., None] >= 0, color, canvas)
     small = cv2.resize(canvas, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
-    return np.rint(np.clip(small, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return np.asarray(np.rint(np.clip(small, 0.0, 1.0) * 255.0), dtype=np.uint8)
 
 
 def _backdrop(camera: Camera, T_table_camera: Array) -> Array:

@@ -8,6 +8,7 @@ the task is known, the second is the grasp with the greatest p(t* | o*, a), whic
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from intent_imitation.collision import Obstacle, clearances
 from intent_imitation.hypotheses import Hypotheses, HypothesisSource
@@ -20,6 +21,10 @@ from intent_perception.objects import ObjectDatabase
 from intent_perception.recognition import RecognizedObjects
 
 __all__ = ["GraspCandidate", "GraspPlan", "GraspPlanner", "ObjectChoice", "PlannerConfig"]
+
+
+_UPRIGHT_TASKS = ("pouring",)
+"""Tasks for which an object must stand with its top up: what it holds is needed."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,8 @@ class PlannerConfig:
     """Least gap between hand and other objects on the way [m]."""
     target_gap: float = -0.008
     """Least gap between open hand and its object; below 0: fingers may push in that far [m]."""
+    upright: float = 0.5
+    """Least cosine between the object's up axis and the table's for tasks that need it upright."""
     grasps: int = 10
     """Number of grasps in a plan."""
     batch: int = 24
@@ -151,9 +158,23 @@ class GraspPlanner:
         hypotheses = self._source.of(item.model, item.object_class)
         column = self._model.tasks.index(task)
         chance = float(self._model.posterior(hypotheses.object_features)[0, column])
+        if task in _UPRIGHT_TASKS and self._rise(index) < self._config.upright:
+            return _Option(item.id, item.object_class, chance, ())
         task_chance = self._model.posterior(hypotheses.features)[:, column]
         grasps = self._reachable(index, hypotheses, task_chance)
         return _Option(item.id, item.object_class, chance, grasps)
+
+    def _rise(self, index: int) -> float:
+        """Return the cosine between an object's opening (else its z axis) and the vertical.
+
+        Without annotations the object frame speaks: by convention its z is up in natural use.
+        """
+        assert self._objects is not None
+        item = self._objects.objects[index]
+        functions = self._source.model(item.model).functions if item.object_class else None
+        opening = functions.opening if functions is not None else None
+        up = opening.normal if opening is not None else np.array([0.0, 0.0, 1.0])
+        return float((item.T_table_object[:3, :3] @ up)[2])
 
     def _reachable(
         self, index: int, hypotheses: Hypotheses, task_chance: Array
@@ -171,7 +192,12 @@ class GraspPlanner:
         return tuple(found[: self._config.grasps])
 
     def _checked(
-        self, index: int, hypotheses: Hypotheses, rows: Array, task_chance: Array, score: Array
+        self,
+        index: int,
+        hypotheses: Hypotheses,
+        rows: NDArray[np.int64],
+        task_chance: Array,
+        score: Array,
     ) -> list[GraspCandidate]:
         """Return those of some rows of the hypotheses that collide with nothing."""
         assert self._objects is not None

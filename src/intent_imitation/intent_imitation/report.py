@@ -111,7 +111,7 @@ def _best_grasp(record: DemoRecord) -> Image | None:
     if record.plan is None or not record.plan.grasps or record.robot_objects is None:
         return None
     best = record.plan.grasps[0]
-    return picture_of_grasp(best, record.robot_objects, record.database, size=900)
+    return picture_of_grasp(best, record.robot_objects, record.database, (760, 760))
 
 
 def _demonstration(shown: list[Moment]) -> Image | None:

@@ -1,0 +1,109 @@
+"""What simulated grasps say is true of a scene: the benchmark's judge, unknown to the planner."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_imitation.collision import Obstacle, clearances
+from intent_imitation.plan import Array
+from intent_imitation.scenes import Scene
+from intent_inference.simulation.dataset import poses_of_rows, read_rows
+from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_perception.sdf import SignedDistance
+
+_UPRIGHT = 0.5
+"""A vessel pours only if its opening points up: cosine of 60 degrees."""
+_CHECKED = 60
+"""Labelled grasps per object that are checked for room."""
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledGrasps:
+    """G stable grasps of one object with their labels."""
+
+    T_object_hand: Array
+    """(G, 4, 4)."""
+    approach: Array
+    """(G, 3) in the object frame."""
+    pregrasp_joints: Array
+    grasp_joints: Array
+    """(G, J) [rad]."""
+    labels: dict[str, NDArray[np.bool_]]
+    """Task to (G,) whether the grasp affords it."""
+
+
+def read_experience(path: Path, hand: GraspingHand) -> dict[str, LabelledGrasps]:
+    """Return the labelled grasps of every object in a data set of `simulate`."""
+    by_object: dict[str, list[dict[str, str]]] = {}
+    for row in read_rows(path):
+        by_object.setdefault(row["object_id"], []).append(row)
+    opened = {preshape.name: preshape for preshape in hand.preshapes}
+    found = {}
+    for name, rows in by_object.items():
+        poses = poses_of_rows(rows)
+        shapes = [opened[row["preshape"]] for row in rows]
+        count = len(hand.table.joint_names)
+        found[name] = LabelledGrasps(
+            poses,
+            np.einsum("gij,gj->gi", poses[:, :3, :3], np.array([s.approach for s in shapes])),
+            np.array([shape.open for shape in shapes]),
+            np.array([[float(row[f"fcon_{k}"]) for k in range(count)] for row in rows]),
+            {
+                task: np.array([row[task] in ("1", "1.0") for row in rows])
+                for task in ("hand-over", "pouring", "tool-use", "dish-washing")
+                if task in rows[0]
+            },
+        )
+    return found
+
+
+class Judge:
+    """Knows from labelled grasps which objects of a scene afford its task."""
+
+    def __init__(self, hand: GraspingHand, experience: dict[str, LabelledGrasps]) -> None:
+        self._hand, self._experience = hand, experience
+        self._distances: dict[str, SignedDistance] = {}
+
+    def affording(self, scene: Scene) -> tuple[bool, ...]:
+        """Return for each object whether a grasp with the task's label can be reached there."""
+        return tuple(self._affords(scene, index) for index in range(len(scene.models)))
+
+    def share(self, name: str, task: str) -> float:
+        """Return the share of an object's stable grasps that afford a task; NaN if unknown."""
+        known = self._experience.get(name)
+        return float("nan") if known is None else float(known.labels[task].mean())
+
+    def _affords(self, scene: Scene, index: int) -> bool:
+        model, pose = scene.models[index], scene.T_table_objects[index]
+        known = self._experience.get(model.name)
+        if known is None:
+            return False
+        opening = model.functions.opening if model.functions is not None else None
+        pours = opening is None or float((pose[:3, :3] @ opening.normal)[2]) >= _UPRIGHT
+        if scene.task == "pouring" and not pours:
+            return False
+        rows = np.flatnonzero(known.labels[scene.task])[:_CHECKED]
+        if len(rows) == 0:
+            return False
+        obstacles = [
+            Obstacle(p, self._distance(scene, k)) for k, p in enumerate(scene.T_table_objects)
+        ]
+        target = obstacles.pop(index)
+        gaps = clearances(
+            self._hand,
+            pose @ known.T_object_hand[rows],
+            known.approach[rows] @ pose[:3, :3].T,
+            known.pregrasp_joints[rows],
+            known.grasp_joints[rows],
+            target,
+            tuple(obstacles),
+        )
+        return bool(np.any((gaps.surroundings > 0.002) & (gaps.target > -0.010)))
+
+    def _distance(self, scene: Scene, index: int) -> SignedDistance:
+        model = scene.models[index]
+        if model.name not in self._distances:
+            self._distances[model.name] = SignedDistance.from_mesh(model.mesh)
+        return self._distances[model.name]
