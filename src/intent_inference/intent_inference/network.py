@@ -2,7 +2,8 @@
 
 Every variable carries a likelihood vector y_k = p(x | k) (virtual evidence, Sec. II-B.2); a
 missing variable carries ones. Variables are eliminated one by one in an order that is fixed when
-the network is compiled, so that a query is one pass over flat arrays (Sec. II-C; the paper runs a junction tree).
+the network is compiled, so that a query is one pass over flat arrays (Sec. II-C; the paper runs a
+junction tree).
 """
 
 from collections.abc import Sequence
@@ -97,7 +98,7 @@ class Schedule:
 
 
 @njit(cache=True, error_model="numpy")
-def _run(  # noqa: C901
+def _run(  # noqa: C901, PLR0912, PLR0915
     likelihoods: Array,
     tables: Array,
     steps: Index,

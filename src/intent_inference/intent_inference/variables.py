@@ -56,7 +56,8 @@ def _rotation_jacobian(quaternion: Array, deviation: Array) -> Array:
     # A rotation by the small angle a moves the unit quaternion by a / 2, spread over 3 directions.
     angle = 2.0 * np.linalg.norm(deviation, axis=1) / np.sqrt(3.0)
     moved = [np.einsum("ijk,nk->nij", _CROSS, coordinates[:, part : part + 3]) for part in (0, 3)]
-    return np.concatenate(moved, axis=1) * angle[:, None, None]
+    jacobian: Array = np.concatenate(moved, axis=1) * angle[:, None, None]
+    return jacobian
 
 
 def _project_rotation(coordinates: Array) -> Array:

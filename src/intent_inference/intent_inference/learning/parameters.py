@@ -1,8 +1,8 @@
 """Conditional probability tables from soft counts with a Dirichlet prior (Sec. II-B.2, IV-B.2).
 
 Counts, not tables, are what is kept: they add, so that demonstrations that come later give the
-same tables as all the data at once. A row counts p(k | x), i.e. lambda_k p(x | k) normalised; the paper's
-y_k = p(x | k) is right as evidence only.
+same tables as all the data at once. A row counts p(k | x), i.e. lambda_k p(x | k) normalised; the
+paper's y_k = p(x | k) is right as evidence only.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ class DirichletPrior:
     """What a table says before any data."""
 
     strength: float = 10.0
-    """Equivalent sample size: of the whole table (uniform), of each parent combination (back-off)."""
+    """Equivalent sample size: of the table (uniform) or of each parent combination (back-off)."""
     back_off: bool = True
     """Prior mean: the table without the last parent, and so on down to uniform, instead of uniform.
     Tables with two parents have more cells than grasps; smoothing towards uniform would forget what
