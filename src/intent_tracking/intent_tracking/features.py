@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from intent_perception.boxes import Box, decompose
 from scipy.spatial import ConvexHull
 
-from intent_perception.boxes import Box, decompose
 from intent_perception.geometry import quaternion_from_rotation, transform_points
 from intent_perception.objects import ObjectModel
 from intent_tracking.joint_table import Array, JointTable, link_poses
@@ -79,12 +79,13 @@ class ObjectGeometry:
         """
         samples = self.points[::4] - self.center
         errors = []
-        for axis in (1, 0, 2):  # y first: the plane of handles, blades and heads
+        for axis in range(3):
             flip = np.ones(3)
             flip[axis] = -1.0
             gap = np.linalg.norm((samples * flip)[:, None] - samples[None], axis=2).min(axis=1)
-            errors.append((round(float(gap.mean()), 4), axis))
-        best = min(errors, key=lambda item: item[0])[1]
+            errors.append(float(gap.mean()))
+        # y = 0 is the plane of handles, blades and heads; round objects have several.
+        best = 1 if errors[1] < 1.5 * min(errors) else int(np.argmin(errors))
         reflection = np.eye(4)
         reflection[best, best] = -1.0
         reflection[best, 3] = 2.0 * self.center[best]

@@ -10,10 +10,10 @@ from enum import IntEnum
 
 import numba as nb
 import numpy as np
+from intent_perception.sdf import SignedDistance, sample
 
 from intent_inference.simulation.grasping_hand import Floats, GraspingHand, HandArrays
 from intent_inference.simulation.hypotheses import Hypothesis
-from intent_perception.sdf import SignedDistance, sample
 from intent_tracking.joint_table import Array
 
 _TOUCH = 0.0005  # the approach has arrived at this distance [m]

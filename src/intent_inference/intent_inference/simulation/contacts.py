@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from intent_perception.sdf import SignedDistance
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from intent_inference.simulation.grasping_hand import Floats, GraspingHand
 from intent_perception.geometry import transform_points
-from intent_perception.sdf import SignedDistance
 from intent_tracking.joint_table import Array
 
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])

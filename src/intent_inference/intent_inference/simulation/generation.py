@@ -2,6 +2,7 @@
 
 import time
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -82,6 +83,20 @@ class GraspGenerator:
     def fates(self) -> Counter[Fate]:
         """What became of all tries so far."""
         return self._source.fates
+
+    def remember(self, grasps: Iterable[SimulatedGrasp]) -> None:
+        """Count grasps of an earlier run, so that the choice goes on where it stopped."""
+        for grasp in grasps:
+            if grasp.held:
+                labels = label_grasp(
+                    self.target,
+                    self.hand,
+                    grasp.T_object_hand,
+                    grasp.joints,
+                    grasp.contacts,
+                    with_forces=False,
+                )
+                self._tally.add(grasp.preshape, tuple(t for t in TASKS if labels[t].afforded))
 
     def round(self, shake_all: bool = False) -> list[SimulatedGrasp]:
         """Return the next grasps, held or lost; none if no candidate was found."""

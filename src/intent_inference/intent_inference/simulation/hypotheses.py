@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from intent_perception.boxes import Box
 
 from intent_inference.simulation.grasping_hand import GraspingHand, Preshape
-from intent_perception.boxes import Box
 from intent_perception.geometry import rotation_from_vector
 from intent_tracking.joint_table import Array
 
@@ -86,7 +86,7 @@ def sample_hypotheses(
     hand: GraspingHand,
     extent: float,
     rng: np.random.Generator,
-    config: HypothesisConfig = HypothesisConfig(),  # noqa: B008 (frozen)
+    config: HypothesisConfig = HypothesisConfig(),
 ) -> Iterator[Hypothesis]:
     """Yield endless jittered hypotheses, pre-shapes in proportion to their weights.
 

@@ -3,11 +3,11 @@
 from functools import cached_property
 
 import numpy as np
+from intent_perception.sdf import SignedDistance
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from intent_perception.objects import ObjectModel
-from intent_perception.sdf import SignedDistance
 from intent_tracking.features import ObjectGeometry
 from intent_tracking.joint_table import Array
 
