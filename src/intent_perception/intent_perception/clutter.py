@@ -36,7 +36,7 @@ def _thing(
 
 def _solid(rows: list[Array], times: int = 2, segments: int = 48) -> tuple[Mesh, list[Part]]:
     sections = rounded(rows, times)
-    return loft(rings_of(sections, segments)), loft_parts("body", rings_of(sections, 24), 0.03)
+    return loft(rings_of(sections, segments)), loft_parts("body", rings_of(sections), 0.03)
 
 
 def _block(x: float, y: float, z: float, edge: float) -> tuple[Mesh, list[Part]]:
@@ -219,7 +219,7 @@ def remote_control() -> Draft:
         np.zeros(3),
         (0, 0.040, 0),
     )
-    return _thing([body, pad], 0.11, (0.16, 0.16, 0.18))
+    return _thing([body, pad], 0.11, (0.24, 0.26, 0.32))
 
 
 def tape_roll() -> Draft:

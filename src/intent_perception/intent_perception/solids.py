@@ -10,7 +10,7 @@ from intent_perception.model import Part
 
 SEGMENTS = 48
 """Corners of a cross-section of the surface; divisible by 4, so that bounding boxes are exact."""
-WEDGES = 20
+WEDGES = 24
 """Convex wedges around a hollow wall."""
 
 Piece = tuple[Mesh, list[Part]]

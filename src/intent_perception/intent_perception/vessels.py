@@ -298,7 +298,7 @@ def barrel_mug() -> Draft:
     """Return a bellied mug."""
     profile = [(0.0, 0.031), (0.003, 0.034), (0.030, 0.0455), (0.060, 0.0465), (0.092, 0.038)]
     rows = [row(z, x) for z, x in profile]
-    return _mug(rows, 0.0045, 0.38, (0.35, 0.60, 0.45), 0.020, 0.078, 0.026, 0.0050, 0.0090)
+    return _mug(rows, 0.0045, 0.38, (0.35, 0.60, 0.45), 0.020, 0.078, 0.031, 0.0050, 0.0090)
 
 
 def camping_mug() -> Draft:
