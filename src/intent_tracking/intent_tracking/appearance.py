@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from intent_perception.geometry import Array
 from numpy.typing import NDArray
 
+from intent_perception.geometry import Array
 from intent_tracking.hand_kernel import Single
 
 CHROMA_BINS = 24

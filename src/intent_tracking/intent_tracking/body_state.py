@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from intent_perception.geometry import (
     Array,
     make_pose,
@@ -10,7 +11,6 @@ from intent_perception.geometry import (
     vector_from_pose,
     vector_from_rotation,
 )
-
 from intent_tracking.hand_kernel import Single
 from intent_tracking.scene import HAND_SIZE, OBJECT_SIZE
 

@@ -4,10 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from intent_perception.geometry import rotation_between
 from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.geometry import rotation_between
 from intent_tracking.hand import HandModel
 
 Single = NDArray[np.float32]

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from intent_perception.geometry import Array
 from numpy.typing import NDArray
 
+from intent_perception.geometry import Array
 from intent_tracking.appearance import BACKGROUND, FIRST_OBJECT, HAND, AppearanceModel, color_bins
 from intent_tracking.hand_kernel import HandArrays, HandBuffers, Single, nearest_capsule
 from intent_tracking.normal_equations import Evidence

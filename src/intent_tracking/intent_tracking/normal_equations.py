@@ -58,16 +58,13 @@ class Weights(NamedTuple):
     penetration: np.float32
     touch: np.float32
     limit: np.float32
-    """[m^2 / rad^2], as the next four."""
+    """[m^2 / rad^2], as the next three."""
     angle: np.float32
     """Joint angles against their prediction."""
     dip: np.float32
     synergy: np.float32
-    object_turn: np.float32
-    """Object rotation against its prediction."""
     hand_place: np.float32
     """Hand position against its prediction (no unit)."""
-    object_place: np.float32
 
 
 class Prior(NamedTuple):
@@ -79,8 +76,12 @@ class Prior(NamedTuple):
     """(1 + K, 3, 3) predicted rotations."""
     limits: Single
     """(20, 2) [rad]."""
-    held: NDArray[np.bool_]
-    """(K,) objects that hidden fingers are drawn to."""
+    touch: Single
+    """(K,) factor on the attraction of hidden fingers to each object."""
+    place: Single
+    """(K,) weight of each object's predicted position."""
+    turn: Single
+    """(K,) weight of each object's predicted rotation [m^2 / rad^2]."""
 
 
 @njit(**JIT)
@@ -262,16 +263,17 @@ def add_hand_samples(
                     count = hand_row(buffers, state, i, cx, cy, cz, -g[0], -g[1], -g[2], row, index)
                     count = body_row(offset, x, y, z, g[0], g[1], g[2], row, index, count)
                     add_row(normal, gradient, index, row, count, e, weights.penetration)
-                elif prior.held[k] and i < 15 and i % 3 == 2 and e > np.float32(-0.02):
+                elif prior.touch[k] > zero and i < 15 and i % 3 == 2 and e > np.float32(-0.02):
                     r, c = tile_pixel(cx, cy, cz, evidence)
                     observed = evidence.depth[r, c]
                     if observed > zero and cz - radius - observed > np.float32(0.008):
                         q = one + e * e / square
-                        cost += weights.touch * square * (one - one / q)
+                        w = weights.touch * prior.touch[k]
+                        cost += w * square * (one - one / q)
                         count = hand_row(
                             buffers, state, i, cx, cy, cz, -g[0], -g[1], -g[2], row, index
                         )
-                        add_row(normal, gradient, index, row, count, e, weights.touch / (q * q))
+                        add_row(normal, gradient, index, row, count, e, w / (q * q))
     return cost
 
 
@@ -351,13 +353,13 @@ def add_priors(weights, prior, state, rotations, normal, gradient):  # type: ign
     for k in range(rotations.shape[0] - 1):
         offset, m, p = 26 + 6 * k, rotations[1 + k], prior.rotations[1 + k]
         for i in range(offset, offset + 3):
-            cost += add_single(normal, gradient, i, state[i] - prior.state[i], weights.object_place)
+            cost += add_single(normal, gradient, i, state[i] - prior.state[i], prior.place[k])
         for i in range(3):  # half the skew part of m p^T: the small rotation since the prediction
             u, v = (i + 1) % 3, (i + 2) % 3
             e = zero
             for j in range(3):
                 e += half * (m[v, j] * p[u, j] - m[u, j] * p[v, j])
-            cost += add_single(normal, gradient, offset + 3 + i, e, weights.object_turn)
+            cost += add_single(normal, gradient, offset + 3 + i, e, prior.turn[k])
     return cost
 
 

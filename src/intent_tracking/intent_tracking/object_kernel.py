@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from intent_perception.geometry import Array
-from intent_perception.sdf import SignedDistance
 from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.geometry import Array
+from intent_perception.sdf import SignedDistance
 from intent_tracking.hand_kernel import JIT, Single
 
 SURFACE_SAMPLES = 96

@@ -166,10 +166,10 @@ def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-unt
     for i in range(24):
         draw_capsule(buffers.ends, i, hand.radii[i], hand_depth, seen.u0, seen.v0, seen.step)
     draw_objects(objects, state, rotations, seen, thing_depth, work)
-    total, area = np.float32(0.0), np.float32(0.0)
+    total, own, area = np.float32(0.0), np.float32(0.0), np.float32(0.0)
     for row in range(size):
         for j in range(size):
-            total += pixel_cost(
+            cost = pixel_cost(
                 hand_depth[row, j],
                 thing_depth[row, j],
                 seen.depth[row, j],
@@ -177,13 +177,13 @@ def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-unt
                 seen.thing[row, j],
                 seen.valid[row, j],
             )
-            area += max(
-                np.float32(1.0) if hand_depth[row, j] < np.float32(100.0) else np.float32(0.0),
-                seen.hand[row, j],
-            )
+            total += cost
+            if hand_depth[row, j] < thing_depth[row, j] or seen.hand[row, j] > np.float32(0.0):
+                own += cost
+                area += np.float32(1.0)
     gradient = np.empty(3, np.float32)
     inside = penetration(hand, buffers, objects, state, rotations, 0, 24, gradient)
-    return total + PENETRATION_WEIGHT * inside, total / max(area, np.float32(1.0))
+    return total + PENETRATION_WEIGHT * inside, own / max(area, np.float32(1.0))
 
 
 @njit(**JIT)

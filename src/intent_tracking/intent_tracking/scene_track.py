@@ -1,12 +1,13 @@
 """One hypothesis of the scene followed over frames: a hand of one side and all objects."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
-from intent_perception.camera import RgbdFrame
-from intent_perception.geometry import Array
 from numpy.typing import NDArray
 
+from intent_perception.camera import RgbdFrame
+from intent_perception.geometry import Array
 from intent_tracking.appearance import HAND, AppearanceModel
 from intent_tracking.body_state import BodyState, predicted
 from intent_tracking.finger_sweep import sweep_fingers
@@ -60,9 +61,7 @@ class TrackConfig:
     weight_angle: float = 2e-4
     weight_dip: float = 2e-4
     weight_synergy: float = 5e-4
-    weight_object_turn: float = 2e-3
     weight_hand_place: float = 0.0
-    weight_object_place: float = 0.0
     labelling: LabellingConfig = field(default_factory=LabellingConfig)
 
     @property
@@ -78,11 +77,17 @@ class TrackConfig:
             self.weight_angle,
             self.weight_dip,
             self.weight_synergy,
-            self.weight_object_turn,
             self.weight_hand_place,
-            self.weight_object_place,
         )
         return Weights(*(np.float32(value) for value in values))
+
+
+class Ties(NamedTuple):
+    """What the fit expects of each active object, see `Prior`."""
+
+    touch: Single
+    place: Single
+    turn: Single
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,18 +176,16 @@ class SceneTrack:
             part.rotations,
             tuple(active),
         )
-        rest_depth = self._drawn(resting, guess, tile)
+        rest_depth = self.drawn(resting, guess, tile)
         pixels = label_pixels(tile, bodies, appearance, rest_depth, table, self.config.labelling)
         return View(tile, pixels, *evidence_of(tile, pixels, self.config.labelling))
 
-    def fit(
-        self, view: View, guess: BodyState, active: list[int], held: list[bool], seed: int
-    ) -> Fit:
+    def fit(self, view: View, guess: BodyState, active: list[int], ties: Ties, seed: int) -> Fit:
         """Return the best state of hand and active objects near a guess."""
         config, objects = self.config, self.objects(active)
         start = guess.chosen(active)
         weights = config.weights
-        prior = Prior(start.values, start.rotations, SINGLE_LIMITS, np.array(held, np.bool_))
+        prior = Prior(start.values, start.rotations, SINGLE_LIMITS, *ties)
         best, normal = self._refined(start, view, prior, weights, objects, config.iterations)
         cost, per_pixel = self._rendered(best, view, objects)
         if config.sweep_trials > 0:
@@ -217,7 +220,8 @@ class SceneTrack:
         for row, k in enumerate(active):
             appearance.learn(2 + k, pixels.bins[pixels.label == OF_OBJECT + row])
 
-    def _drawn(self, chosen: list[int], state: BodyState, tile: Tile) -> Single:
+    def drawn(self, chosen: list[int], state: BodyState, tile: Tile) -> Single:
+        """Return the z-buffer (S, S) of chosen objects on a tile [m]."""
         depth = np.full(tile.depth.shape, FAR)
         if chosen:
             part, objects = state.chosen(chosen), self.objects(chosen)

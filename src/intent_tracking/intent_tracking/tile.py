@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from intent_perception.camera import Camera, RgbdFrame
-from intent_perception.geometry import Array
 from numpy.typing import NDArray
 
+from intent_perception.camera import Camera, RgbdFrame
+from intent_perception.geometry import Array
 from intent_tracking.hand_kernel import Single
 
 

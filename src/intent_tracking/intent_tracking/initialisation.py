@@ -1,0 +1,182 @@
+"""A hand pose out of nothing: many starts around a hand region, refined and compared.
+
+Starts cover both directions of the arm (where it was not seen), all turns about it and a few
+postures, for the right and the left hand. All are refined on few points with a wide outlier
+scale, the best with a narrow one, and the rendered cost decides.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_perception.geometry import Array, rotation_between, rotation_from_vector
+from intent_tracking.body_state import BodyState
+from intent_tracking.hand import LIMITS, HandModel, Side
+from intent_tracking.hand_detection import HandRegion
+from intent_tracking.hand_kernel import HandArrays, Single
+from intent_tracking.normal_equations import Evidence, Prior, Weights
+from intent_tracking.object_kernel import object_arrays
+from intent_tracking.objective import Labelled, rendered_cost
+from intent_tracking.refinement import refine
+from intent_tracking.tile import Tile
+
+NO_OBJECTS = object_arrays([])
+POSTURES: Array = np.radians(
+    [
+        [25, -5, 10, 10] + [5, 10, 15, 10, 0, 10, 15, 10, -3, 10, 15, 10, -6, 10, 15, 10],
+        [15, -5, 20, 20] + [5, 35, 40, 25, 0, 35, 40, 25, -3, 35, 40, 25, -6, 35, 40, 25],
+        [15, -5, 30, 30] + [0, 60, 70, 45, 0, 60, 70, 45, 0, 60, 70, 45, 0, 60, 70, 45],
+    ]
+)
+"""(3, 20) open, half closed, closed [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class InitialisationConfig:
+    """How many starts, and how far each is followed."""
+
+    turns: int = 12
+    """Turns about the arm."""
+    coarse_iterations: int = 7
+    finalists: int = 5
+    """Starts per side that are refined to the end."""
+    fine_iterations: int = 12
+    points: int = 256
+    coarse_scale: float = 0.025
+    """Outlier scale of the first refinement [m]."""
+    fine_scale: float = 0.010
+    tile_size: int = 96
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One refined start."""
+
+    side: Side
+    state: BodyState
+    """Of the hand alone."""
+    cost: float
+    """C per hand pixel."""
+
+
+def region_evidence(
+    tile: Tile,
+    body: NDArray[np.bool_],
+    skin: NDArray[np.bool_],
+    region: HandRegion,
+    config: InitialisationConfig,
+) -> tuple[Evidence, Labelled]:
+    """Return the evidence of a tile around a region of which nothing else is known.
+
+    Args:
+        tile: square around the region.
+        body: (S, S) pixels of things that may move, see `hand_pixels`.
+        skin: (S, S) those that look like skin.
+        region: where the hand is.
+        config: number of points.
+    """
+    direction = region.direction.astype(np.float32)
+    offset = tile.points - region.center[:, None, None].astype(np.float32)
+    near = np.linalg.norm(offset, axis=0) < 0.2
+    least = np.percentile(direction @ (region.points - region.center[:, None]), 1)
+    hand = skin & near & (np.tensordot(direction, offset, 1) > least)
+    unknown = (tile.depth <= 0.0) | (body & ~hand & near)
+    outside = cv2.distanceTransform(1 - (hand | unknown).astype(np.uint8), cv2.DIST_L2, 3)
+    pixels = np.flatnonzero(hand)
+    if len(pixels) > config.points:
+        pixels = pixels[np.linspace(0, len(pixels) - 1, config.points).astype(np.int64)]
+    evidence = Evidence(
+        np.ascontiguousarray(tile.points.reshape(3, -1)[:, pixels]),
+        np.zeros((3, 0), np.float32),
+        np.zeros(0, np.int64),
+        tile.depth,
+        outside.astype(np.float32),
+        tile.u0,
+        tile.v0,
+        tile.step,
+    )
+    nothing = np.zeros(hand.shape, np.float32)
+    valid = (~unknown).astype(np.float32)
+    seen = Labelled(
+        tile.depth, hand.astype(np.float32), nothing, valid, tile.u0, tile.v0, tile.step
+    )
+    return evidence, seen
+
+
+def candidates(
+    evidence: Evidence,
+    seen: Labelled,
+    region: HandRegion,
+    hands: dict[Side, tuple[HandModel, HandArrays]],
+    weights: Weights,
+    config: InitialisationConfig,
+    rng: np.random.Generator,
+) -> list[Candidate]:
+    """Return refined starts of every side, best first.
+
+    Args:
+        evidence: points and silhouette of the region.
+        seen: labelled tile of the region.
+        region: where the hand is.
+        hands: model and arrays per side to try.
+        weights: of the refinement; the outlier scale is replaced.
+        config: how many.
+        rng: jitter of the starts.
+    """
+    found: list[Candidate] = []
+    for side, (model, arrays) in hands.items():
+        values, rotations = _starts(region, model, config, rng)
+        coarse = weights._replace(scale=np.float32(config.coarse_scale))
+        _refine(arrays, evidence, coarse, values, rotations, config.coarse_iterations)
+        order = np.argsort([_cost(arrays, seen, v, r) for v, r in zip(values, rotations)])
+        best = order[: config.finalists]
+        values, rotations = values[best].copy(), rotations[best].copy()
+        fine = weights._replace(scale=np.float32(config.fine_scale))
+        _refine(arrays, evidence, fine, values, rotations, config.fine_iterations)
+        for v, r in zip(values, rotations, strict=True):
+            found.append(Candidate(side, BodyState(v, r), _cost(arrays, seen, v, r)))
+    return sorted(found, key=lambda candidate: candidate.cost)
+
+
+def _starts(
+    region: HandRegion, model: HandModel, config: InitialisationConfig, rng: np.random.Generator
+) -> tuple[Single, Single]:
+    """Return start states (B, 26) and rotations (B, 1, 3, 3)."""
+    values, rotations = [], []
+    along = rotation_between([1.0, 0.0, 0.0], region.direction)
+    for posture in POSTURES:
+        middle = model.joint_positions(posture).mean(axis=0)
+        for turn in range(config.turns):
+            angle = 2.0 * np.pi * (turn + rng.uniform(-0.3, 0.3)) / config.turns
+            tilt = rotation_from_vector(rng.normal(0.0, 0.2, 3))
+            rotation = tilt @ along @ rotation_from_vector([angle, 0.0, 0.0])
+            wrist = region.center + [0.0, 0.0, 0.01] - rotation @ middle
+            values.append([*wrist, 0.0, 0.0, 0.0, *posture])
+            rotations.append(rotation[None])
+    return np.array(values, dtype=np.float32), np.array(rotations, dtype=np.float32)
+
+
+def _refine(
+    arrays: HandArrays,
+    evidence: Evidence,
+    weights: Weights,
+    values: Single,
+    rotations: Single,
+    iterations: int,
+) -> None:
+    prior_state = np.zeros(26, np.float32)
+    prior_state[6:] = POSTURES[1]
+    none = np.zeros(0, np.float32)
+    limits = np.ascontiguousarray(LIMITS, dtype=np.float32)
+    prior = Prior(prior_state, np.eye(3, dtype=np.float32)[None], limits, none, none, none)
+    costs = np.zeros(len(values), np.float32)
+    normals = np.zeros((len(values), 26, 26), np.float32)
+    refine(
+        arrays, NO_OBJECTS, evidence, weights, prior, values, rotations, iterations, costs, normals
+    )
+
+
+def _cost(arrays: HandArrays, seen: Labelled, values: Single, rotations: Single) -> float:
+    return float(rendered_cost(arrays, NO_OBJECTS, seen, values, rotations)[1])

@@ -1,0 +1,356 @@
+"""The tracker (Sec. III-B): a hand and N known objects, 26 + 6 N values from every RGB-D frame."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from intent_perception.camera import RgbdFrame
+from intent_perception.geometry import Array, inverse
+from intent_perception.model import ObjectModel
+from intent_perception.recognition import RecognizedObjects
+from intent_perception.sdf import SignedDistance
+from intent_tracking.appearance import BACKGROUND, FIRST_OBJECT, AppearanceModel, color_bins
+from intent_tracking.body_state import BodyState, start_state
+from intent_tracking.hand import HandModel, Side
+from intent_tracking.hand_detection import DetectionConfig, coarse_tile, find_hand, hand_pixels
+from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand
+from intent_tracking.initialisation import (
+    Candidate,
+    InitialisationConfig,
+    candidates,
+    region_evidence,
+)
+from intent_tracking.labelling import OF_HAND, OF_OBJECT
+from intent_tracking.object_kernel import SURFACE_SAMPLES, ObjectGeometry
+from intent_tracking.object_life import ObjectLife, ObjectLifeConfig, hand_gap
+from intent_tracking.scene import HAND_SIZE, SceneState
+from intent_tracking.scene_track import Fit, PackedObjects, SceneTrack, Ties, TrackConfig, View
+from intent_tracking.tile import covering_square, cut_tile
+from intent_tracking.uncertainty import state_deviation
+
+
+@dataclass(frozen=True, eq=False)
+class TrackerConfig:
+    """Parameters of the tracker."""
+
+    method: Literal["hybrid", "pso"] = "hybrid"
+    """hybrid: swarm, refinement and finger sweep; pso: the published particle swarm alone."""
+    seed: int = 0
+    """Of everything random."""
+    table: bool = True
+    """False: there is no table, anything nearer than the background may be a hand."""
+    accept_cost: float = 0.50
+    """Cost per hand pixel below which a new hand pose is published."""
+    lost_cost: float = 0.52
+    """Smoothed cost per hand pixel above which the hand is lost."""
+    doubt_cost: float = 0.33
+    """Smoothed cost above which other starts are tried now and then."""
+    doubt_period: int = 5
+    """Frames between such trials."""
+    least_area: float = 0.0008
+    """Visible surface below which there is no hand [m^2]."""
+    decision_frames: int = 12
+    """Frames over which a right and a left hand compete."""
+    decision_margin: float = 0.12
+    """Lead in mean cost that ends the competition."""
+    side_bias: float = 0.04
+    """Cost that the side last seen is ahead at a new start."""
+    learn_period: int = 4
+    """Frames between updates of the colour models."""
+    track: TrackConfig = field(default_factory=TrackConfig)
+    detection: DetectionConfig = field(default_factory=DetectionConfig)
+    initialisation: InitialisationConfig = field(default_factory=InitialisationConfig)
+    life: ObjectLifeConfig = field(default_factory=ObjectLifeConfig)
+
+    def __post_init__(self) -> None:
+        if self.method not in ("hybrid", "pso"):
+            raise ValueError(f"expected method 'hybrid' or 'pso', got {self.method!r}")
+
+
+@dataclass
+class Hypothesis:
+    """A track with its record."""
+
+    track: SceneTrack
+    lives: list[ObjectLife]
+    mean_cost: float
+    """Smoothed cost per hand pixel."""
+    age: int = 0
+    thin: int = 0
+    """Frames in a row with hardly a hand pixel."""
+    fit: Fit | None = None
+    active: tuple[int, ...] = ()
+
+
+class Tracker:
+    """Follows a hand and the recognised objects; starts and restarts by itself."""
+
+    def __init__(
+        self, models: Mapping[str, ObjectModel], config: TrackerConfig | None = None
+    ) -> None:
+        self.config = config or TrackerConfig()
+        self._models = models
+        self._hands: dict[Side, HandModel] = {
+            "right": HandModel("right"),
+            "left": HandModel("left"),
+        }
+        self._objects: RecognizedObjects | None = None
+
+    def start(self, objects: RecognizedObjects) -> None:
+        """Begin with recognised objects at rest and no hand.
+
+        Raises:
+            ValueError: if an object is not in the database.
+        """
+        unknown = [o.model for o in objects.objects if o.model not in self._models]
+        if unknown:
+            raise ValueError(f"expected objects of the tracker's database, got {unknown}")
+        self._objects = objects
+        self._T_table_camera = np.asarray(objects.T_table_camera, dtype=np.float64)
+        T_camera_table = inverse(self._T_table_camera)
+        normal = T_camera_table[:3, 2]
+        plane = np.concatenate([normal, [-normal @ T_camera_table[:3, 3]]])
+        self._table = plane if self.config.table else None
+        chosen = [self._models[o.model] for o in objects.objects]
+        self._packed = PackedObjects([geometry_of(model) for model in chosen])
+        self._appearance = AppearanceModel([model.color for model in chosen])
+        poses = [T_camera_table @ o.T_table_object for o in objects.objects]
+        self._scenery = SceneTrack(
+            self._hands["right"], start_state(poses), self._packed, self.config.track
+        )
+        self._scenery_lives = [ObjectLife(pose) for pose in poses]
+        self._hypotheses: list[Hypothesis] = []
+        self._side: Side | None = None
+        self._frames = 0
+        self._buffers = hand_buffers()
+
+    def place_hand(self, side: Side, T_camera_hand: Array, joints: Array) -> None:
+        """Start from a known hand pose instead of searching for one."""
+        state = self._scenery.state.with_hand(T_camera_hand, joints)
+        self._hypotheses = [self._hypothesis(side, state, 0.2)]
+        self._side = side
+
+    def step(self, frame: RgbdFrame) -> SceneState:
+        """Return hand and objects in one frame.
+
+        Raises:
+            ValueError: if `start` was not called.
+        """
+        if self._objects is None:
+            raise ValueError("expected Tracker.start before Tracker.step")
+        if self._frames == 0:
+            self._learn_objects(frame)
+        for hypothesis in self._hypotheses:
+            self._follow(hypothesis, frame)
+        self._hypotheses = [h for h in self._hypotheses if self._alive(h)]
+        self._compete()
+        visible = bool(self._hypotheses)
+        if not self._hypotheses:
+            visible = self._search(frame)
+        elif self._doubtful(self._hypotheses[0]):
+            self._try_others(frame)
+        self._frames += 1
+        return self._result(frame, visible)
+
+    def _follow(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
+        """Fit one hypothesis to a frame and bring its record up to date."""
+        track = hypothesis.track
+        guess = self._carried(hypothesis, track.predict())
+        active = [k for k, life in enumerate(hypothesis.lives) if life.active]
+        view = track.view(frame, guess, active, self._appearance, self._table)
+        ties = self._ties(hypothesis.lives, active)
+        fit = track.fit(view, guess, active, ties, self._frames + 1000 * self.config.seed)
+        track.accept(guess, active, fit)
+        self._note(hypothesis, view, fit, active)
+        if hypothesis is self._hypotheses[0] and self._frames % self.config.learn_period == 0:
+            if hypothesis.mean_cost < self.config.doubt_cost:
+                track.learn(view, active, self._appearance)
+
+    def _note(self, hypothesis: Hypothesis, view: View, fit: Fit, active: list[int]) -> None:
+        track = hypothesis.track
+        hypothesis.fit, hypothesis.active = fit, tuple(active)
+        pixel = (view.tile.depth * view.tile.step) ** 2
+        area = float(pixel[view.pixels.label == OF_HAND].sum())
+        hypothesis.thin = hypothesis.thin + 1 if area < self.config.least_area else 0
+        hypothesis.age += 1
+        rate = max(0.25, 1.0 / hypothesis.age)
+        hypothesis.mean_cost += rate * (fit.cost - hypothesis.mean_cost)
+        place_hand(track.arrays, track.state.values, track.state.rotations[0], self._buffers)
+        for k, life in enumerate(hypothesis.lives):
+            now = track.state.pose(1 + k)
+            gap = hand_gap(self._buffers, track.arrays.radii, self._packed([k]), now)
+            life.update(gap, track.before.pose(1 + k), now, self.config.life)
+            if k in active:
+                seen = int((view.pixels.label == OF_OBJECT + active.index(k)).sum())
+                life.unseen = life.unseen + 1 if seen < 12 else 0
+
+    def _carried(self, hypothesis: Hypothesis, guess: BodyState) -> BodyState:
+        """Return a prediction in which rested objects rest and carried ones follow the hand."""
+        track = hypothesis.track
+        motion = guess.pose(0) @ inverse(track.state.pose(0))
+        for k, life in enumerate(hypothesis.lives):
+            if not life.taken:
+                guess = guess.with_object(k, life.rest)
+            elif life.carried:
+                guess = guess.with_object(k, motion @ track.state.pose(1 + k))
+        return guess
+
+    def _ties(self, lives: list[ObjectLife], active: list[int]) -> Ties:
+        values = np.array([lives[k].ties(self.config.life) for k in active], np.float32)
+        touch, place, turn = values.reshape(-1, 3).T
+        return Ties(touch.copy(), place.copy(), turn.copy())
+
+    def _alive(self, hypothesis: Hypothesis) -> bool:
+        """Return whether a hypothesis still follows a hand; keep its objects if it does not."""
+        lost = hypothesis.mean_cost > self.config.lost_cost
+        if hypothesis.thin < 3 and not lost:
+            return True
+        if hypothesis is self._hypotheses[0]:
+            state = hypothesis.track.state
+            far = start_state([state.pose(1 + k) for k in range(len(hypothesis.lives))])
+            self._scenery.state = self._scenery.before = far
+            self._scenery_lives = hypothesis.lives
+        return False
+
+    def _compete(self) -> None:
+        """Put the better hypothesis first; end the competition when it is clear."""
+        if len(self._hypotheses) > 1:
+            self._hypotheses.sort(key=lambda h: h.mean_cost)
+            first, second = self._hypotheses[:2]
+            lead = second.mean_cost - first.mean_cost
+            if first.age >= self.config.decision_frames or (
+                first.age >= 3 and lead > self.config.decision_margin
+            ):
+                self._hypotheses = [first]
+        if len(self._hypotheses) == 1:
+            self._side = self._hypotheses[0].track.hand.side
+
+    def _doubtful(self, hypothesis: Hypothesis) -> bool:
+        due = self._frames % self.config.doubt_period == 0
+        return due and hypothesis.age > 2 and hypothesis.mean_cost > self.config.doubt_cost
+
+    def _search(self, frame: RgbdFrame) -> bool:
+        """Look for a hand; return whether there is anything like one."""
+        found = self._starts(frame, tuple(self._hands))
+        if not found:
+            self._learn_background(frame)
+            return False
+        best: dict[Side, Candidate] = {}
+        for candidate in found:
+            best.setdefault(candidate.side, candidate)
+        for side, candidate in best.items():
+            cost = candidate.cost - (self.config.side_bias if side == self._side else 0.0)
+            if candidate.cost < self.config.accept_cost and cost < found[0].cost + 0.25:
+                state = self._scenery.state.copy()
+                state.values[:HAND_SIZE] = candidate.state.values
+                state.rotations[0] = candidate.state.rotations[0]
+                self._hypotheses.append(self._hypothesis(side, state, cost))
+        self._hypotheses.sort(key=lambda h: h.mean_cost)
+        return True
+
+    def _try_others(self, frame: RgbdFrame) -> None:
+        """Replace the leading hypothesis if another start explains the frame better."""
+        leader = self._hypotheses[0]
+        for candidate in self._starts(frame, (leader.track.hand.side,))[:2]:
+            state = leader.track.state.copy()
+            state.values[:HAND_SIZE] = candidate.state.values
+            state.rotations[0] = candidate.state.rotations[0]
+            rival = self._hypothesis(candidate.side, state, leader.mean_cost)
+            rival.lives = leader.lives
+            active = list(leader.active)
+            view = rival.track.view(frame, state, active, self._appearance, self._table)
+            ties = self._ties(leader.lives, active)
+            fit = rival.track.fit(view, state, active, ties, self._frames)
+            if fit.cost < 0.85 * leader.track.cost:
+                rival.track.accept(state, active, fit)
+                rival.track.before = rival.track.state
+                rival.mean_cost, rival.age = fit.cost, leader.age
+                rival.fit, rival.active = fit, leader.active
+                self._hypotheses[0] = leader = rival
+
+    def _starts(self, frame: RgbdFrame, sides: tuple[Side, ...]) -> list[Candidate]:
+        """Return refined starts of the given sides in a frame, best first."""
+        config = self.config
+        tile = coarse_tile(frame, config.detection.size)
+        state = self._hypotheses[0].track.state if self._hypotheses else self._scenery.state
+        everything = list(range(len(self._packed.geometries)))
+        depth = self._scenery.drawn(everything, state, tile)
+        found: list[Candidate] = []
+        hands = {side: (self._hands[side], hand_arrays(self._hands[side])) for side in sides}
+        rng = np.random.default_rng([config.seed, self._frames])
+        for region in find_hand(tile, depth, self._table, self._appearance, config.detection):
+            points = region.points.T.astype(np.float64)
+            square = covering_square(frame.camera, points, 30.0, 80.0)
+            part = cut_tile(frame, square, config.initialisation.tile_size)
+            part_depth = self._scenery.drawn(everything, state, part)
+            body, skin = hand_pixels(
+                part, part_depth, self._table, self._appearance, config.detection
+            )
+            evidence, seen = region_evidence(part, body, skin, region, config.initialisation)
+            found += candidates(
+                evidence, seen, region, hands, config.track.weights, config.initialisation, rng
+            )
+        return sorted(found, key=lambda candidate: candidate.cost)
+
+    def _hypothesis(self, side: Side, state: BodyState, cost: float) -> Hypothesis:
+        track = SceneTrack(self._hands[side], state, self._packed, self.config.track)
+        track.cost = cost
+        lives = [ObjectLife(life.rest, life.active, life.taken) for life in self._scenery_lives]
+        return Hypothesis(track, lives, cost)
+
+    def _learn_objects(self, frame: RgbdFrame) -> None:
+        """Learn the colours of the objects where the first frame agrees with their pose."""
+        tile = coarse_tile(frame, self.config.detection.size)
+        bins = color_bins(tile.color)
+        for k in range(len(self._packed.geometries)):
+            depth = self._scenery.drawn([k], self._scenery.state, tile)
+            agrees = np.abs(tile.depth - depth) < self.config.track.labelling.rest_tolerance
+            self._appearance.learn(FIRST_OBJECT + k, bins[agrees])
+
+    def _learn_background(self, frame: RgbdFrame) -> None:
+        """Learn the colours of what moves or stands about while no hand is in view."""
+        if self._frames % self.config.learn_period:
+            return
+        tile = coarse_tile(frame, self.config.detection.size // 2)
+        everything = list(range(len(self._packed.geometries)))
+        depth = self._scenery.drawn(everything, self._scenery.state, tile)
+        body, _ = hand_pixels(tile, depth, self._table, self._appearance, self.config.detection)
+        self._appearance.learn(BACKGROUND, color_bins(tile.color)[body])
+
+    def _result(self, frame: RgbdFrame, visible: bool) -> SceneState:
+        assert self._objects is not None
+        leader = self._hypotheses[0] if self._hypotheses else None
+        track = leader.track if leader else self._scenery
+        lives = leader.lives if leader else self._scenery_lives
+        values = track.state.vector(self._T_table_camera)
+        deviation = state_deviation(
+            leader.fit if leader else None, leader.active if leader else (), len(lives)
+        )
+        if leader is None:
+            values[:HAND_SIZE] = deviation[:HAND_SIZE] = np.nan
+        return SceneState(
+            frame.stamp,
+            track.hand.side if leader else (self._side or "right"),
+            values,
+            deviation,
+            track.hand.shape,
+            tuple(o.id for o in self._objects.objects),
+            tuple(o.model for o in self._objects.objects),
+            tuple(o.object_class for o in self._objects.objects),
+            self._T_table_camera,
+            float(track.cost) if leader else float("nan"),
+            visible,
+            visible and leader is None,
+            tuple(life.unseen > self.config.life.unseen_frames for life in lives),
+        )
+
+
+def geometry_of(model: ObjectModel) -> ObjectGeometry:
+    """Return the shape of a model as the tracker uses it."""
+    surface, _, _ = model.mesh.sample_surface(SURFACE_SAMPLES, np.random.default_rng(0))
+    distance = SignedDistance.from_mesh(model.mesh)
+    return ObjectGeometry(
+        distance, surface, model.mesh.vertices, model.mesh.faces, model.symmetry.axis
+    )
