@@ -24,7 +24,7 @@ from intent_imitation.demo import (
 from intent_imitation.report import write_report
 from intent_inference.convert import posterior_from_msg
 from intent_perception.convert import objects_from_msg
-from intent_perception.frames import NANOSECONDS
+from intent_perception.frames import stamp_of
 from intent_perception.ros import LATCHED, RESULTS
 from intent_tracking.convert import grasp_from_msg, state_from_msg
 
@@ -86,8 +86,7 @@ class DemoNode(Node):
             self.collected.started = time.monotonic()
 
     def _on_done(self, name: str, header: Any) -> None:
-        stamp = header.stamp.sec * NANOSECONDS + header.stamp.nanosec
-        self._processed[name] = max(self._processed[name], stamp)
+        self._processed[name] = max(self._processed[name], stamp_of(header))
         self._heard = time.monotonic()
 
 

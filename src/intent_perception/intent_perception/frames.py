@@ -25,8 +25,8 @@ NANOSECONDS = 1_000_000_000
 
 
 def stamp_of(message: Any) -> int:
-    """Return the time [ns] in the header of a message."""
-    stamp = message.header.stamp
+    """Return the time [ns] in the header of a message, or of the header itself."""
+    stamp = getattr(message, "header", message).stamp
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 

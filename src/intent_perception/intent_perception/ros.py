@@ -232,11 +232,16 @@ class FrameSubscription:
             self._jumps = self.synchroniser.jumps
             self._node.get_logger().info("the clock went back: starting over")
             self._node.reset()
-        if frame is not None:
-            self._quiet_since, self._warned = time.monotonic(), False
+        if frame is None:
+            return
+        self._quiet_since, self._warned = time.monotonic(), False
+        self.frame_id = message.header.frame_id or self.frame_id
+        if not frame.depth.any():
+            self._node.reject("the depth image holds no measurement (all zero or NaN)")
+            self._node.acknowledge(message.header)
+        else:
             header = Header(frame_id=message.header.frame_id)
             header.stamp.sec, header.stamp.nanosec = divmod(frame.stamp, NANOSECONDS)
-            self.frame_id = message.header.frame_id or self.frame_id
             self._node.attempt(self._on_frame, frame, header)
 
     def waiting(self) -> str:

@@ -28,7 +28,8 @@ class TrackerNode(IntentNode):
     def __init__(self) -> None:
         super().__init__("tracker")
         self._database = declared_database(self)
-        self._tracker = Tracker(self._database, declared(self, TrackerConfig()))
+        models = {model.name: model for model in self._database}
+        self._tracker = Tracker(models, declared(self, TrackerConfig()))
         self._states = self.create_publisher(SceneState, "/intent/scene_state", RESULTS)
         self._joints = self.create_publisher(JointState, "/intent/hand/joint_states", 10)
         self._tf = self.create_publisher(TFMessage, "/tf", 100)
@@ -39,24 +40,31 @@ class TrackerNode(IntentNode):
 
     def reset(self) -> None:
         """Forget hand and objects; the next recognised objects start the tracker again."""
-        self._started = False
+        self._started, self._hand_in_view = False, False
+        self._recognized: Any = None
         self._held: RgbdFrame | None = None
         self._markers.publish(MarkerArray(markers=[deletion("hand"), deletion("objects")]))
 
     def _on_objects(self, message: Any) -> None:
-        self._tracker.start(objects_from_msg(message))
-        self._started = True
-        models = [(item.id, self._database[item.model]) for item in message.objects]
-        self._markers.publish(object_markers(models))
+        self._recognized = message
         if self._held is not None:  # the frame that came before its objects
             frame, self._held = self._held, None
             self.attempt(self._on_frame, frame, header_at(frame.stamp))
 
+    def _start(self, message: Any) -> None:
+        self._tracker.start(objects_from_msg(message))
+        self._started, self._recognized = True, None
+        models = [(item.id, self._database[item.model]) for item in message.objects]
+        self._markers.publish(object_markers(models))
+
     def _on_frame(self, frame: RgbdFrame) -> bool:
+        if self._recognized is not None and not self._hand_in_view:
+            self._start(self._recognized)  # a hand in view keeps its track and its objects
         if not self._started:
             self._held = frame
             return False
         state = self._tracker.step(frame)
+        self._hand_in_view = state.hand_visible
         self._states.publish(state_to_msg(state, self._frames.frame_id))
         if state.hand_tracked:
             self._joints.publish(joints_to_msg(state))

@@ -1,0 +1,111 @@
+"""The recognizer node answers once, survives bad frames and says what it is waiting for."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from intent_msgs.msg import RecognizedObjects
+from tests.ros.harness import SECOND, Graph, Probe, ros_arguments
+
+import intent_perception.ros
+from intent_perception.camera import RgbdFrame
+from intent_perception.convert import objects_from_msg
+from intent_perception.objects import ObjectDatabase
+from intent_perception.recognizer_node import RecognizerNode
+from intent_perception.tabletop import tabletop_scene
+
+PERIOD = SECOND // 30
+
+
+@cache
+def scene() -> RgbdFrame:
+    """A bottle and a hammer on a table."""
+    database = ObjectDatabase.load()
+    models = [database["bottle_2"], database["hammer_0"]]
+    frame = tabletop_scene(models, np.random.default_rng(0)).frame
+    return replace(frame, stamp=1_000 * SECOND)
+
+
+@pytest.fixture
+def node(probe: Probe) -> RecognizerNode:
+    probe.listen(RecognizedObjects, "/intent/objects")
+    recognizer = RecognizerNode()
+    probe.run_with(recognizer)
+    assert probe.until(probe.connected)
+    return recognizer
+
+
+def later(frames: int) -> RgbdFrame:
+    return replace(scene(), stamp=scene().stamp + frames * PERIOD)
+
+
+def answered(probe: Probe) -> bool:
+    return bool(probe.heard["/intent/objects"])
+
+
+@pytest.mark.usefixtures("node")
+def test_the_objects_on_the_table_are_published_with_the_stamp_of_the_depth(probe: Probe) -> None:
+    probe.send(scene())
+    assert probe.until(lambda: answered(probe))
+    objects = objects_from_msg(probe.heard["/intent/objects"][0])
+    assert {item.object_class for item in objects.objects} == {"bottle", "hammer"}
+    assert objects.stamp == scene().stamp
+
+
+@pytest.mark.usefixtures("node")
+@pytest.mark.parametrize(
+    ("depth", "reason"),
+    [
+        (np.ones((240, 320), np.float32), "depth must be aligned"),
+        (np.full((480, 640), np.nan, np.float32), "holds no measurement"),
+        (np.zeros((480, 640), np.uint8), "expected rows of at least"),
+    ],
+    ids=["wrong size", "all NaN", "wrong row length"],
+)
+def test_a_bad_frame_costs_one_warning_and_the_next_good_one_is_answered(
+    probe: Probe, depth: np.ndarray, reason: str
+) -> None:
+    for index in range(3):
+        probe.send(later(index), depth)
+    assert probe.until(lambda: bool(probe.warnings))
+    probe.send(later(3))
+    assert probe.until(lambda: answered(probe))
+    (warning,) = probe.warnings
+    assert reason in warning
+
+
+def test_a_camera_info_that_never_comes_is_named_once(
+    probe: Probe, node: RecognizerNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(intent_perception.ros, "_SILENCE", 0.3)
+    probe.send(scene(), info=False)
+    assert probe.until(lambda: bool(probe.warnings))
+    probe.until(lambda: len(probe.warnings) > 1, timeout=2.5)
+    (warning,) = probe.warnings
+    assert "waiting for camera_info" in warning
+    assert node.inputs is not None
+
+
+@pytest.mark.usefixtures("node")
+def test_after_a_jump_back_of_the_clock_the_node_answers_again(probe: Probe) -> None:
+    probe.send(later(300))
+    assert probe.until(lambda: answered(probe))
+    probe.send(scene())
+    assert probe.until(lambda: len(probe.heard["/intent/objects"]) == 2)
+
+
+def test_a_wrong_parameter_ends_the_node_with_one_sentence(graph: Graph) -> None:
+    name = graph.start(
+        "intent_perception", "recognizer", *ros_arguments("models:=/no/such/file.yaml")
+    )
+    assert graph.wait(name) == 1
+    assert "cannot read the object database" in graph.log(name)
+    assert "Traceback" not in graph.log(name)
+
+
+def test_ctrl_c_ends_the_node_within_two_seconds(graph: Graph, tmp_path: Path) -> None:
+    name = graph.start("intent_perception", "replay", str(tmp_path))
+    assert graph.wait(name) == 1
+    assert "is not a rosbag2 folder" in graph.log(name)
