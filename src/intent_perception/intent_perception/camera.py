@@ -4,8 +4,10 @@ Pixel (u, v) = (column, row); the centre of the first pixel is (0, 0). Camera co
 of an optical frame: x right, y down, z forward [m]. Depth is z, not distance.
 """
 
+import json
 import struct
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -111,6 +113,26 @@ class Camera:
 
 KINECT = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
 """Intrinsics of the first Kinect as its driver states them; the bags use them too."""
+
+
+def read_camera(path: Path) -> Camera:
+    """Return the camera in a JSON file: {width, height} and {fx, fy, cx, cy} or {K: 9 numbers}.
+
+    Raises:
+        ValueError: if the file is missing, is no JSON or lacks a value.
+    """
+    try:
+        stored = json.loads(path.read_text())
+        size = int(stored["width"]), int(stored["height"])
+        k = stored.get("K", stored.get("k"))
+        if k is not None:
+            return Camera.from_matrix(k, *size)
+        return Camera(*size, *(float(stored[name]) for name in ("fx", "fy", "cx", "cy")))
+    except (OSError, KeyError, TypeError, AttributeError, ValueError) as error:
+        raise ValueError(
+            f"cannot read the camera {path}: expected JSON with width, height and fx, fy, cx, cy "
+            f"(or K), got {error!r}"
+        ) from error
 
 
 @dataclass(frozen=True, eq=False)
