@@ -49,7 +49,9 @@ def restricted(table: GraspTable, variables: tuple[str, ...]) -> GraspTable:
 
 def print_report(report: dict[str, Any]) -> None:
     """Print Table II and the areas under the curves."""
-    print(f"{'task':14s} {'pos.':>6s} {'neg.':>6s} {'used':>6s}   AUC full / partial / within class")
+    print(
+        f"{'task':14s} {'pos.':>6s} {'neg.':>6s} {'used':>6s}   AUC full / partial / within class"
+    )
     for task, counts in report["table_2"].items():
         own = report["tasks"][task]
         line = f"{task:14s} {counts['positives']:6d} {counts['negatives']:6d}"

@@ -3,16 +3,17 @@
 from dataclasses import dataclass
 
 import numpy as np
-from intent_tracking.grasp import StableGrasp
 
 from intent_inference.calibration import sigmoid
 from intent_inference.evidence import Evidence
 from intent_inference.features import Features, stack_features
 from intent_inference.model import TaskModel
 from intent_inference.reach import ReachConfig, ReachFilter
+from intent_inference.variables import OBJECT_CLASS
 from intent_perception.geometry import Array
 from intent_perception.objects import ObjectDatabase
 from intent_tracking.features import GraspFeatures
+from intent_tracking.grasp import StableGrasp
 from intent_tracking.scene import SceneState
 
 
@@ -124,7 +125,7 @@ class IntentionEstimator:
         if self._reach is not None:
             self._reach.hold(grasp.object_id)
         features = stack_features([grasp.features])
-        deviations = self._deviations(features, grasp.std)
+        deviations = least_deviations(features, self._config, grasp.std)
         evidence = self._model.evidence(features, deviations)
         log_odds = self._model.calibrated_log_odds(evidence)[0] + self._prior
         return self._posterior(
@@ -171,21 +172,30 @@ class IntentionEstimator:
             explanation=explain(self._model, evidence) if self._config.explain else (),
         )
 
-    def _deviations(self, features: Features, std: GraspFeatures | None) -> Features:
-        """Return the standard deviations, not below what trackers are known to reach."""
-        given = dict(stack_features([std])) if std is not None else {}
-        given.pop("obcl", None)
-        least = {
-            # Each component of a quaternion moves by half the angle.
-            "dir": self._config.least_direction_std / 2.0,
-            "npos": self._config.least_position_std,
-            "fcon": self._config.least_joint_std,
-        }
-        for name, floor in least.items():
-            if name in features:
-                known = np.nan_to_num(given.get(name, np.zeros_like(features[name])), nan=0.0)
-                given[name] = np.maximum(known, floor)
-        return {name: values for name, values in given.items() if name in features}
+
+def least_deviations(
+    features: Features, config: InferenceConfig, std: GraspFeatures | None = None
+) -> Features:
+    """Return standard deviations of tracked features, not below what trackers are known to reach.
+
+    Args:
+        features: N grasps.
+        config: the least standard deviations.
+        std: what the tracker says about a single grasp (N = 1).
+    """
+    given = dict(stack_features([std])) if std is not None else {}
+    given.pop(OBJECT_CLASS, None)
+    least = {
+        # Each component of a quaternion moves by half the angle.
+        "dir": config.least_direction_std / 2.0,
+        "npos": config.least_position_std,
+        "fcon": config.least_joint_std,
+    }
+    for name, floor in least.items():
+        if name in features:
+            known = np.nan_to_num(given.get(name, np.zeros_like(features[name])), nan=0.0)
+            given[name] = np.maximum(known, floor)
+    return {name: values for name, values in given.items() if name in features}
 
 
 def explain(model: TaskModel, evidence: Evidence) -> tuple[Contribution, ...]:

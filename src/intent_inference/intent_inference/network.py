@@ -98,7 +98,7 @@ class Schedule:
 
 
 @njit(cache=True, error_model="numpy")
-def _run(  # noqa: C901, PLR0912, PLR0915
+def _run(  # noqa: C901, PLR0915
     likelihoods: Array,
     tables: Array,
     steps: Index,

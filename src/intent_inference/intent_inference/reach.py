@@ -116,15 +116,16 @@ class ReachFilter:
         elapsed: float,
         palm: Array,
     ) -> ReachForecast:
-        features = stack_features([self._features(state, i) for i in near])
-        deviations = self._deviations(state, features, near, gaps)
+        features = stack_features([self.features(state, i) for i in near])
+        tracked = np.nan_to_num(state.state_std[:HAND_SIZE], nan=0.0)
+        far = np.array([gaps[i] for i in near])
+        deviations = reach_deviations(features, far, tracked, self._config)
         evidence = self._model.evidence(features, deviations)
         fresh = self._model.calibrated_log_odds(evidence)
-        share = 1.0 - float(np.exp(-elapsed / self._config.memory))
         kept = {}
         for row, index in enumerate(near):
-            before = self._log_odds.get(state.object_ids[index], fresh[row])
-            kept[state.object_ids[index]] = before + share * (fresh[row] - before)
+            before = self._log_odds.get(state.object_ids[index])
+            kept[state.object_ids[index]] = filtered(before, fresh[row], elapsed, self._config)
         self._log_odds = kept
         ahead = palm + self._config.foresight * self._velocity
         target = min(near, key=lambda i: self._gap(state, i, ahead))
@@ -171,7 +172,8 @@ class ReachFilter:
         palm = transform_points(inverse(self._pose(state, index)), palm_table)
         return float(np.linalg.norm(geometry.points[::8] - palm, axis=1).min())
 
-    def _features(self, state: SceneState, index: int) -> GraspFeatures:
+    def features(self, state: SceneState, index: int) -> GraspFeatures:
+        """Return O and A of Table I of one frame for the object with the given index."""
         geometry = self._geometry(state.object_models[index])
         if geometry is None:
             raise ValueError(f"expected a known object, got {state.object_models[index]!r}")
@@ -193,20 +195,41 @@ class ReachFilter:
             gbvl=None,
         )
 
-    def _deviations(
-        self, state: SceneState, features: Features, near: list[int], gaps: dict[int, float]
-    ) -> Features:
-        config = self._config
-        far = np.array([gaps[i] for i in near])[:, None]
-        tracked = np.nan_to_num(state.state_std, nan=0.0)
-        turn = np.linalg.norm(tracked[3:6]) / np.sqrt(3.0)
-        direction = np.hypot(config.least_direction_std + config.direction_per_distance * far, turn)
-        position = config.least_position_std + config.position_per_distance * far
-        joint = np.hypot(
-            config.least_joint_std + config.joint_per_distance * far, tracked[6:HAND_SIZE]
-        )
-        return {
-            "dir": np.repeat(direction / 2.0, 4, axis=1),
-            "npos": np.repeat(position, 3, axis=1),
-            "fcon": np.broadcast_to(joint, features["fcon"].shape).copy(),
-        }
+
+def filtered(before: Array | None, fresh: Array, elapsed: float, config: ReachConfig) -> Array:
+    """Return the filtered log-odds after one more frame.
+
+    Args:
+        before: (T,) filtered log-odds up to the frame before; None: the first frame.
+        fresh: (T,) log-odds of this frame alone.
+        elapsed: time since the frame before [s].
+        config: see there.
+    """
+    if before is None:
+        return fresh
+    share = 1.0 - float(np.exp(-elapsed / config.memory))
+    return before + share * (fresh - before)
+
+
+def reach_deviations(
+    features: Features, gaps: Array, tracked: Array, config: ReachConfig
+) -> Features:
+    """Return how far each frame's pose may be from that of the grasp to come.
+
+    Args:
+        features: N frames or objects with dir, npos and fcon.
+        gaps: (N,) from the palm to the object's surface [m].
+        tracked: (26,) or (N, 26) standard deviations of the hand's state [m, rad].
+        config: see there.
+    """
+    far = gaps[:, None]
+    tracked = np.broadcast_to(tracked, (len(gaps), HAND_SIZE))
+    turn = np.linalg.norm(tracked[:, 3:6], axis=1, keepdims=True) / np.sqrt(3.0)
+    direction = np.hypot(config.least_direction_std + config.direction_per_distance * far, turn)
+    position = config.least_position_std + config.position_per_distance * far
+    joint = np.hypot(config.least_joint_std + config.joint_per_distance * far, tracked[:, 6:])
+    return {
+        "dir": np.repeat(direction / 2.0, 4, axis=1),
+        "npos": np.repeat(position, 3, axis=1),
+        "fcon": np.broadcast_to(joint, features["fcon"].shape).copy(),
+    }

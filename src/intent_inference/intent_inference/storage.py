@@ -1,5 +1,6 @@
 """Model files: arrays and a JSON header in one npz archive, no pickle, with a schema version."""
 
+import io
 import json
 import zipfile
 import zlib
@@ -58,7 +59,8 @@ def load_model(path: Path) -> TaskModel:
     if not path.is_file():
         raise ModelFileError(f"no model file {path}: {_REMEDY}")
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        # From memory: numpy leaves a damaged file open.
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         header = json.loads(bytes(arrays.pop(_HEADER)).decode())
     except (

@@ -30,7 +30,8 @@ def draw_roc(report: dict[str, Any], path: Path) -> None:
                 continue
             curve = own["roc"][mask]
             false, true, deviation = (
-                np.array(curve[name]) for name in ("false_positive_rate", "true_positive_rate", "sd")
+                np.array(curve[name])
+                for name in ("false_positive_rate", "true_positive_rate", "sd")
             )
             low = np.clip(true - 2 * deviation, 0, 1)
             high = np.clip(true + 2 * deviation, 0, 1)

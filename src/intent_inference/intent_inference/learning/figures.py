@@ -38,7 +38,9 @@ def draw_training(table: GraspTable, rng: np.random.Generator, folder: Path) -> 
         if name != OBJECT_CLASS:
             known = values[is_observed(table.features, name)]
             config = QuantisationConfig(states=tuple(range(2, 17)))
-            draw_quantisation(quantise(name, known, rng, config), known, folder / f"fig2_{name}.png")
+            draw_quantisation(
+                quantise(name, known, rng, config), known, folder / f"fig2_{name}.png"
+            )
 
 
 def draw_quantisation(quantisation: Quantisation, values: Array, path: Path) -> None:
@@ -58,7 +60,7 @@ def draw_quantisation(quantisation: Quantisation, values: Array, path: Path) -> 
     if sheet is not None:
         rows, columns = np.mgrid[: sheet.shape[0], : sheet.shape[1]]
         hits = sheet.hits(standard)
-        size = 60.0 * hits.ravel() / max(hits.max(), 1)
+        size = 60.0 * hits.ravel() / max(int(hits.max()), 1)
         axes[0].scatter(columns.ravel(), rows.ravel(), s=size)
         axes[1].imshow(sheet.u_matrix(), cmap="gray", aspect="auto")
         clusters = quantisation.labels[states].reshape(sheet.shape)

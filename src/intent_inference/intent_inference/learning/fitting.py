@@ -24,6 +24,8 @@ from intent_perception.geometry import Array
 
 Rows = NDArray[np.int64]
 
+_FEWEST = 10
+
 
 @dataclass(frozen=True)
 class Recipe:
@@ -163,7 +165,7 @@ def train(
     )
     fitted: list[tuple[TaskNetworks, Rows]] = []
     compared = []
-    for task, labels in table.labels.items():
+    for task, labels in usable_labels(table).items():
         rows = balanced_rows(labels, rng, config.most_rows)
         own = {key: shares[rows] for key, shares in assignments.items()}
         networks = fit_networks(task, own, labels[rows], quantisations, config.recipes)
@@ -194,6 +196,22 @@ def train(
         for networks, rows in fitted
     )  # fmt: skip
     return replace(model, networks=calibrated)
+
+
+def usable_labels(table: GraspTable) -> dict[str, Array]:
+    """Return the tasks with enough grasps of both kinds.
+
+    Raises:
+        ValueError: if there is none.
+    """
+    counts = {t: (int((v == 1.0).sum()), int((v == 0.0).sum())) for t, v in table.labels.items()}
+    usable = {t: v for t, v in table.labels.items() if min(counts[t]) >= _FEWEST}
+    if not usable:
+        raise ValueError(
+            f"expected a task with {_FEWEST} grasps that afford it and {_FEWEST} that do not, got "
+            + ", ".join(f"{task} {yes}/{no}" for task, (yes, no) in counts.items())
+        )
+    return usable
 
 
 def fit_networks(

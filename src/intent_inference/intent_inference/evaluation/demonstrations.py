@@ -1,0 +1,132 @@
+"""Networks trained on simulated grasps, judged on tracked demonstrations (Fig. 5, triangles).
+
+The demonstrations are rendered, their pixels synthetic; objects, hands and seeds are not those
+of training. `demonstrations.csv.gz` has one row per grasp as the grasp detector saw it, labelled by the
+label rules on the true grasp; `reaches.csv.gz` has the frames before it. Both are made once by
+`python -m intent_inference.demonstrate`.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from intent_inference.calibration import sigmoid
+from intent_inference.dataset import GraspTable, read_grasps
+from intent_inference.evaluation.baselines import class_only
+from intent_inference.evaluation.scores import auc, auc_within, best_threshold
+from intent_inference.features import select_variables
+from intent_inference.intention import InferenceConfig, least_deviations
+from intent_inference.model import TaskModel
+from intent_inference.reach import ReachConfig, filtered, reach_deviations
+from intent_inference.variables import ACTION, OBJECT, OBJECT_CLASS
+from intent_perception.geometry import Array
+
+_DRAWS = 500
+
+
+def demonstration_figures(model: TaskModel, folder: Path, seed: int) -> dict[str, Any] | None:
+    """Return the contract's `demonstrations`; None where the file is absent.
+
+    Args:
+        model: BN^H.
+        folder: with demonstrations.csv.gz, reaches.csv.gz and human.csv.gz (for class only).
+        seed: of the bootstrap.
+    """
+    path = folder / "demonstrations.csv.gz"
+    if not path.is_file():
+        return None
+    table = read_grasps(path, model.tasks)
+    observed = select_variables(table.features, (*OBJECT, *ACTION))
+    probability = model.posterior(observed, least_deviations(observed, InferenceConfig()))
+    figures = _scores(model, table, probability, seed)
+    figures["count"] = table.rows
+    figures["pixels"] = "synthetic"
+    simulated = folder / "human.csv.gz"
+    figures["class_only"] = None
+    if simulated.is_file():
+        figures["class_only"] = _class_only(model, table, read_grasps(simulated, model.tasks))
+    figures["auc_mean_half_reach"] = None
+    if (folder / "reaches.csv.gz").is_file():
+        half = half_reach(model, folder / "reaches.csv.gz", table)
+        figures.update(half)
+    return figures
+
+
+def _scores(model: TaskModel, table: GraspTable, probability: Array, seed: int) -> dict[str, Any]:
+    classes = table.features[OBJECT_CLASS].astype(str)
+    rng = np.random.default_rng(seed)
+    tasks: dict[str, Any] = {}
+    draws = np.zeros((len(model.tasks), _DRAWS))
+    for column, task in enumerate(model.tasks):
+        rows = np.flatnonzero(np.isfinite(table.labels[task]))
+        labels, score = table.labels[task][rows], probability[rows, column]
+        for draw in range(_DRAWS):
+            chosen = rng.integers(0, len(rows), len(rows))
+            draws[column, draw] = auc(labels[chosen], score[chosen])
+        threshold = best_threshold(labels, score)
+        tasks[task] = {
+            "positives": int((labels == 1.0).sum()),
+            "negatives": int((labels == 0.0).sum()),
+            "auc": auc(labels, score),
+            "auc_ci": [float(v) for v in np.nanpercentile(draws[column], (2.5, 97.5))],
+            "auc_within_class": auc_within(labels, score, classes[rows]),
+            "true_positive_rate": float((score[labels == 1.0] >= threshold).mean()),
+            "false_positive_rate": float((score[labels == 0.0] >= threshold).mean()),
+        }
+    mean = draws.mean(axis=0)
+    return {
+        "auc_mean": float(np.mean([own["auc"] for own in tasks.values()])),
+        "auc_ci": [float(v) for v in np.nanpercentile(mean, (2.5, 97.5))],
+        "auc_within_class": float(np.nanmean([t["auc_within_class"] for t in tasks.values()])),
+        "tasks": tasks,
+    }
+
+
+def _class_only(model: TaskModel, table: GraspTable, simulated: GraspTable) -> float:
+    values = []
+    for task in model.tasks:
+        known = np.isfinite(simulated.labels[task])
+        part = simulated.select(known)
+        score = class_only(part.features, part.labels[task], table.features)
+        rows = np.isfinite(table.labels[task])
+        values.append(auc(table.labels[task][rows], score[rows]))
+    return float(np.nanmean(values))
+
+
+def half_reach(model: TaskModel, path: Path, table: GraspTable) -> dict[str, Any]:
+    """Return the AUC at half of the way from first motion to contact, by filtering over frames.
+
+    Only frames up to the half are read.
+    """
+    frames = read_grasps(path, model.tasks)
+    number = frames.columns["demonstration"].astype(str)
+    progress = frames.columns["progress"].astype(np.float64)
+    config = ReachConfig()
+    gaps = frames.columns["gap"].astype(np.float64)
+    stamps = frames.columns["stamp"].astype(np.float64)
+    observed = select_variables(frames.features, (*OBJECT, *ACTION))
+    deviations = reach_deviations(observed, gaps, np.zeros(26), config)
+    fresh = model.calibrated_log_odds(model.evidence(observed, deviations))
+    names = table.columns["demonstration"].astype(str)
+    score = np.full((table.rows, len(model.tasks)), np.nan)
+    for row, name in enumerate(names):
+        own = np.flatnonzero((number == name) & (progress <= 0.5))
+        own = own[np.argsort(stamps[own])]
+        level: Array | None = None
+        for frame, elapsed in zip(own, np.diff(stamps[own], prepend=stamps[own[:1]]), strict=True):
+            level = filtered(level, fresh[frame], float(elapsed), config)
+        if level is not None:
+            score[row] = level
+    values, within = [], []
+    classes = table.features[OBJECT_CLASS].astype(str)
+    for column, task in enumerate(model.tasks):
+        rows = np.isfinite(table.labels[task]) & np.isfinite(score[:, column])
+        labels, chance = table.labels[task][rows], sigmoid(score[rows, column])
+        values.append(auc(labels, chance))
+        within.append(auc_within(labels, chance, classes[rows]))
+    return {
+        "auc_mean_half_reach": float(np.nanmean(values)),
+        "auc_within_class_half_reach": float(np.nanmean(within)),
+        "half_reach_count": int(np.isfinite(score[:, 0]).sum()),
+    }
