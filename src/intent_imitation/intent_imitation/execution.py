@@ -145,8 +145,6 @@ class World:
                 link,
                 lateralFriction=self._config.friction,
                 spinningFriction=0.002,
-                linearDamping=0.0,
-                angularDamping=0.0,
                 physicsClientId=client,
             )
         self._driven = [k - 1 for k, driver in enumerate(self._hand.table.drivers) if driver >= 0]

@@ -32,21 +32,25 @@ class HypothesisSource:
     def __init__(
         self, database: ObjectDatabase, library: GraspLibrary, hand: GraspingHand, tries: int
     ) -> None:
-        self._database = database
+        self._models = {model.name: model for model in database.models}
         self._library = library
         self._hand = hand
         self._tries = tries
         self._distances: dict[str, SignedDistance] = {}
         self._known: dict[tuple[str, str], Hypotheses] = {}
 
+    def knows(self, name: str) -> bool:
+        """Return whether the database holds a model."""
+        return name in self._models
+
     def model(self, name: str) -> ObjectModel:
         """Return a model of the database."""
-        return self._database[name]
+        return self._models[name]
 
     def distance(self, model: str) -> SignedDistance:
         """Return the signed distance of a model's mesh, in its object frame."""
         if model not in self._distances:
-            self._distances[model] = SignedDistance.from_mesh(self._database[model].mesh)
+            self._distances[model] = SignedDistance.from_mesh(self._models[model].mesh)
         return self._distances[model]
 
     def of(self, model: str, object_class: str) -> Hypotheses:
@@ -54,7 +58,7 @@ class HypothesisSource:
         key = (model, object_class)
         if key not in self._known:
             self._known[key] = hypotheses_of(
-                self._database[model], object_class, self._grasps(model), self._hand
+                self._models[model], object_class, self._grasps(model), self._hand
             )
         return self._known[key]
 
@@ -62,7 +66,7 @@ class HypothesisSource:
         stored = self._library.sets.get(model)
         if stored is not None:
             return stored
-        return plan_unshaken(self._database[model], self._hand, self._tries)
+        return plan_unshaken(self._models[model], self._hand, self._tries)
 
 
 def hypotheses_of(

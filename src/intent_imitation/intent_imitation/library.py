@@ -1,8 +1,10 @@
 """Preplanned grasps of the robot's hand, stored per object and never with labels or margins."""
 
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,7 +132,7 @@ class GraspLibrary:
             name = str(columns.pop("hand"))
             models, rows = columns.pop("models"), columns.pop("model")
             sets = {str(m): _rows(columns, rows == k) for k, m in enumerate(models)}
-        except (KeyError, OSError, ValueError, EOFError) as error:
+        except (KeyError, OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
             raise ValueError(f"damaged grasp library {source} ({error}); {remedy}") from error
         joints = len(GraspingHand.load(name).table.joint_names)
         for model, grasps in sets.items():

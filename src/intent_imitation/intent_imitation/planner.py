@@ -124,7 +124,12 @@ class GraspPlanner:
             raise ValueError("expected start(objects) before plan(task)")
         if task not in self._model.tasks:
             raise ValueError(f"BN^R knows the tasks {self._model.tasks}, not {task!r}")
-        options = [self._option(index, task) for index in range(len(self._objects.objects))]
+        options = [
+            self._option(index, task)
+            if self._source.knows(item.model)
+            else _Option(item.id, item.object_class, 0.0, ())
+            for index, item in enumerate(self._objects.objects)
+        ]
         options.sort(key=lambda option: -option.chance * option.best)
         total = sum(option.chance * option.best for option in options)
         choices = tuple(
@@ -206,8 +211,12 @@ class GraspPlanner:
         grasps = hypotheses.grasps
         T_table_hands = pose @ grasps.T_object_hand[rows]
         approaches = grasps.approach[rows] @ pose[:3, :3].T
-        obstacles = [Obstacle(o.T_table_object, self._source.distance(o.model)) for o in items]
-        target = obstacles.pop(index)
+        target = Obstacle(pose, self._source.distance(items[index].model))
+        neighbours = tuple(
+            Obstacle(other.T_table_object, self._source.distance(other.model))
+            for k, other in enumerate(items)
+            if k != index and self._source.knows(other.model)
+        )
         gaps = clearances(
             self._hand,
             T_table_hands,
@@ -215,7 +224,7 @@ class GraspPlanner:
             grasps.pregrasp_joints[rows],
             grasps.grasp_joints[rows],
             target,
-            tuple(obstacles),
+            neighbours,
         )
         free = (gaps.table >= self._config.table_gap) & (gaps.target >= self._config.target_gap)
         free &= gaps.neighbours >= self._config.neighbour_gap
