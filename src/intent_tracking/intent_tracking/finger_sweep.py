@@ -62,33 +62,40 @@ def finger_cost(
 
 
 @njit(**JIT)
+def normal():  # type: ignore[no-untyped-def]
+    """Return a standard normal number of the compiled generator."""
+    return np.float32(np.random.standard_normal())  # noqa: NPY002 (numba's own generator)
+
+
+@njit(**JIT)
+def between(low, high):  # type: ignore[no-untyped-def]
+    """Return a uniform number of the compiled generator."""
+    return low + np.float32(np.random.random()) * (high - low)  # noqa: NPY002
+
+
+@njit(**JIT)
 def draw_trial(state, origin, limits, finger, trial, spread):  # type: ignore[no-untyped-def]
     """Draw a pose of one finger: near the present one, or anywhere on a natural curl."""
-    base = 6 + 4 * finger
+    base, first = 6 + 4 * finger, 4 * finger
     kind = trial % 4
     if kind < 2:
         width = spread if kind == 0 else np.float32(0.35) * spread
-        state[base] = origin[base] + np.float32(np.random.standard_normal()) * width * np.float32(
-            0.5
-        )
+        sideways = np.float32(1.0) if finger == 0 else np.float32(0.5)
+        state[base] = origin[base] + normal() * width * sideways
         for n in range(base + 1, base + 4):
-            state[n] = origin[n] + np.float32(np.random.standard_normal()) * width
-    elif kind == 2:
-        curl = np.float32(np.random.random())
-        state[base] = origin[base] + np.float32(np.random.standard_normal()) * np.float32(0.1)
-        for level in range(1, 3):
-            low, high = limits[4 * finger + level, 0], limits[4 * finger + level, 1]
-            jitter = np.float32(np.random.standard_normal()) * np.float32(0.2)
-            state[base + level] = low + curl * (high - low) + jitter
-        state[base + 3] = np.float32(0.667) * state[base + 2]
+            state[n] = origin[n] + normal() * width
     else:
-        state[base] = origin[base]
+        state[base] = origin[base] + normal() * np.float32(0.1)
+        if finger == 0:  # the thumb opposes, which decides where it is more than its curl
+            state[base] = between(limits[first, 0], limits[first, 1])
+        curl = between(np.float32(0.0), np.float32(1.0))
         for level in range(1, 3):
-            low, high = limits[4 * finger + level, 0], limits[4 * finger + level, 1]
-            state[base + level] = low + np.float32(np.random.random()) * (high - low)
+            low, high = limits[first + level, 0], limits[first + level, 1]
+            together = low + curl * (high - low) + normal() * np.float32(0.2)
+            state[base + level] = together if kind == 2 and finger > 0 else between(low, high)
         state[base + 3] = np.float32(0.667) * state[base + 2]
     for level in range(4):
-        low, high = limits[4 * finger + level, 0], limits[4 * finger + level, 1]
+        low, high = limits[first + level, 0], limits[first + level, 1]
         state[base + level] = min(max(state[base + level], low), high)
 
 
@@ -109,7 +116,7 @@ def sweep_fingers(hand, objects, seen, state, rotations, prior, limits, trials, 
         spread: standard deviation of local trials [rad].
         seed: of the trials.
     """
-    np.random.seed(seed)
+    np.random.seed(seed)  # noqa: NPY002 (numba's own generator)
     size = seen.depth.shape[0]
     buffers = new_hand_buffers()
     work = np.empty((max(objects.vertices.shape[0], 1), 3), np.float32)

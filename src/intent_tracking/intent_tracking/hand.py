@@ -86,13 +86,18 @@ _RADII = np.array(
 _THUMB_ROTATION = np.array(  # rows as in GraspIt!'s file, which multiplies row vectors
     [[-0.1486, -0.9003, 0.4089], [0.2665, 0.3618, 0.8933], [-0.9522, 0.2418, 0.1862]]
 ).T
-_CARPALS = np.array(  # proximal ends of the four metacarpals in hand_wrist [m]
-    [[0.016, -0.016, 0.005], [0.013, -0.003, 0.006], [0.013, 0.011, 0.008], [0.016, 0.023, 0.012]]
+_CARPALS = np.array(  # proximal ends of the four metacarpals [m]
+    [[0.018, -0.021, 0.005], [0.015, -0.007, 0.004], [0.015, 0.008, 0.005], [0.018, 0.022, 0.008]]
 )
-_PALM_RADII = np.array([0.0125, 0.0125, 0.0122, 0.0115, 0.0115, 0.0115, 0.0105, 0.0135, 0.0120])
-
-_HEEL = np.array([[0.004, 0.002, 0.006], [0.0, 0.002, 0.004]])  # muscle below the little finger
-_WEB = np.array([0.0, 0.006, 0.008])  # between thumb and index metacarpal
+_WRIST = np.array(  # the wrist's cross-section, about 63 x 43 mm, and the carpal bones [m]
+    [
+        [[-0.010, -0.010, 0.003], [-0.010, 0.010, 0.003]],
+        [[0.020, -0.014, 0.006], [0.020, 0.014, 0.008]],
+    ]
+)
+_HEEL = np.array([[0.004, 0.000, 0.006], [0.0, -0.002, 0.004]])  # muscle below the little finger
+_WEB = np.array([0.0, 0.004, 0.008])  # between thumb and index metacarpal
+_PALM_RADII = np.array([0.0135, 0.0135, 0.0130, 0.0125, 0.0215, 0.0190, 0.0120, 0.0145, 0.0140])
 
 SHAPE_SIZE = 22
 """Length of a hand-shape vector: scale, thickness, then 5 x 4 bone scales."""
@@ -224,7 +229,8 @@ def _capsules(model: HandModel, bases: Array, lengths: Array) -> Capsules:
     inner = np.array([-0.004, 0.0, 0.003]) * model.scale  # knuckle surface against joint axis
     knuckles = bases[1:] + inner
     ends[15:19] = np.stack([carpals, knuckles], axis=1)
-    ends[19:22] = np.stack([knuckles[:-1], knuckles[1:]], axis=1)
+    ends[19:21] = _WRIST * model.scale
+    ends[21] = knuckles[[0, 3]]
     heel, web = _HEEL * model.scale, _WEB * model.scale
     ends[22] = [carpals[3] + heel[0], 0.8 * knuckles[3] + heel[1]]
     ends[23] = [0.6 * bases[0] + 0.4 * carpals[0], 0.75 * knuckles[0] + web]

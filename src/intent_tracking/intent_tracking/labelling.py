@@ -33,7 +33,7 @@ class LabellingConfig:
     """Pixels lower than this above the table belong to it [m]."""
     rest_tolerance: float = 0.009
     """Depth agreement that makes a pixel part of an object at rest [m]."""
-    wrist: float = -0.012
+    wrist: float = -0.022
     """Points with a smaller x in the wrist frame belong to the forearm [m]."""
     hand_points: int = 512
     object_points: int = 256
