@@ -31,7 +31,7 @@ class DetectionConfig:
     """Height above the table up to which pixels count [m]."""
     rest_tolerance: float = 0.015
     """Depth agreement with an object at rest that excludes a pixel [m]."""
-    skin_margin: float = 0.0
+    skin_margin: float = 0.3
     """Log-likelihood ratio skin : background from which a pixel is skin."""
     least_area: float = 0.0015
     """Smallest visible surface of a hand [m^2]."""

@@ -23,7 +23,7 @@ NOBODY, OF_HAND, OF_ARM, OF_REST, OF_OBJECT = -1, -2, -3, -4, 0
 class LabellingConfig:
     """How pixels are shared out."""
 
-    reach: float = 0.045
+    reach: float = 0.09
     """Hand and object pixels lie within this distance of the predicted body [m]."""
     spread: float = 0.012
     """Standard deviation of a body's surface around its prediction [m]."""
@@ -117,14 +117,14 @@ def _scores(
     scores = np.empty((2 + objects, count), np.float32)
     scores[0] = color[BACKGROUND] - np.float32(0.5 * 2.5**2)
     scores[0, rest] += 3.0
-    scores[1] = color[HAND] - np.minimum(gap * gap * factor, 6.0)
+    scores[1] = color[HAND] - np.minimum(gap * gap * factor, 4.5)
     scores[1, gap > config.reach] = -1e3
     distance = np.empty(count, np.float32)
     for k in range(objects):
         origin = bodies.state[26 + 6 * k : 29 + 6 * k]
         object_distances(bodies.objects, k, bodies.rotations[1 + k], *origin, near, distance)
         row = bodies.color_rows[k]
-        scores[2 + k] = color[FIRST_OBJECT + row] - np.minimum(distance * distance * factor, 6.0)
+        scores[2 + k] = color[FIRST_OBJECT + row] - np.minimum(distance * distance * factor, 4.5)
         scores[2 + k, np.abs(distance) > config.reach] = -1e3
     return scores, gap
 

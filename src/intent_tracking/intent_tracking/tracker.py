@@ -45,7 +45,13 @@ class TrackerConfig:
     """Cost per hand pixel below which a new hand pose is published."""
     lost_cost: float = 0.52
     """Smoothed cost per hand pixel above which the hand is lost."""
-    doubt_cost: float = 0.33
+    good_cost: float = 0.22
+    """Smoothed cost below which a young track is not questioned."""
+    young_trials: tuple[int, ...] = (3, 6, 10, 15, 21, 28)
+    """Ages in frames at which other starts of both sides are tried."""
+    better: float = 0.85
+    """Share of the present cost that another start must stay below to take over."""
+    doubt_cost: float = 0.30
     """Smoothed cost above which other starts are tried now and then."""
     doubt_period: int = 5
     """Frames between such trials."""
@@ -164,9 +170,9 @@ class Tracker:
         fit = track.fit(view, guess, active, ties, self._frames + 1000 * self.config.seed)
         track.accept(guess, active, fit)
         self._note(hypothesis, view, fit, active)
-        if hypothesis is self._hypotheses[0] and self._frames % self.config.learn_period == 0:
-            if hypothesis.mean_cost < self.config.doubt_cost:
-                track.learn(view, active, self._appearance)
+        due = hypothesis is self._hypotheses[0] and self._frames % self.config.learn_period == 0
+        if due and hypothesis.mean_cost < self.config.doubt_cost:
+            track.learn(view, active, self._appearance)
 
     def _note(self, hypothesis: Hypothesis, view: View, fit: Fit, active: list[int]) -> None:
         track = hypothesis.track
@@ -228,14 +234,18 @@ class Tracker:
             self._side = self._hypotheses[0].track.hand.side
 
     def _doubtful(self, hypothesis: Hypothesis) -> bool:
+        """Return whether other starts shall be tried: often when young, then when it fits badly."""
+        if hypothesis.age in self.config.young_trials:
+            return hypothesis.mean_cost > self.config.good_cost
         due = self._frames % self.config.doubt_period == 0
         return due and hypothesis.age > 2 and hypothesis.mean_cost > self.config.doubt_cost
 
     def _search(self, frame: RgbdFrame) -> bool:
         """Look for a hand; return whether there is anything like one."""
+        if self._frames % self.config.learn_period == 0:
+            self._learn_background(frame)
         found = self._starts(frame, tuple(self._hands))
         if not found:
-            self._learn_background(frame)
             return False
         best: dict[Side, Candidate] = {}
         for candidate in found:
@@ -253,7 +263,13 @@ class Tracker:
     def _try_others(self, frame: RgbdFrame) -> None:
         """Replace the leading hypothesis if another start explains the frame better."""
         leader = self._hypotheses[0]
-        for candidate in self._starts(frame, (leader.track.hand.side,))[:2]:
+        side = leader.track.hand.side
+        young = leader.age <= max(self.config.young_trials)
+        sides: tuple[Side, ...] = ("right", "left") if young else (side,)
+        best: dict[Side, Candidate] = {}
+        for candidate in self._starts(frame, sides):
+            best.setdefault(candidate.side, candidate)
+        for candidate in best.values():
             state = leader.track.state.copy()
             state.values[:HAND_SIZE] = candidate.state.values
             state.rotations[0] = candidate.state.rotations[0]
@@ -263,12 +279,13 @@ class Tracker:
             view = rival.track.view(frame, state, active, self._appearance, self._table)
             ties = self._ties(leader.lives, active)
             fit = rival.track.fit(view, state, active, ties, self._frames)
-            if fit.cost < 0.85 * leader.track.cost:
+            if fit.cost < self.config.better * leader.track.cost:
                 rival.track.accept(state, active, fit)
                 rival.track.before = rival.track.state
                 rival.mean_cost, rival.age = fit.cost, leader.age
                 rival.fit, rival.active = fit, leader.active
-                self._hypotheses[0] = leader = rival
+                self._hypotheses = [rival]
+                leader = rival
 
     def _starts(self, frame: RgbdFrame, sides: tuple[Side, ...]) -> list[Candidate]:
         """Return refined starts of the given sides in a frame, best first."""
@@ -310,14 +327,9 @@ class Tracker:
             self._appearance.learn(FIRST_OBJECT + k, bins[agrees])
 
     def _learn_background(self, frame: RgbdFrame) -> None:
-        """Learn the colours of what moves or stands about while no hand is in view."""
-        if self._frames % self.config.learn_period:
-            return
+        """Learn the colours of the whole image: a hand is a small part of it at most."""
         tile = coarse_tile(frame, self.config.detection.size // 2)
-        everything = list(range(len(self._packed.geometries)))
-        depth = self._scenery.drawn(everything, self._scenery.state, tile)
-        body, _ = hand_pixels(tile, depth, self._table, self._appearance, self.config.detection)
-        self._appearance.learn(BACKGROUND, color_bins(tile.color)[body])
+        self._appearance.learn(BACKGROUND, color_bins(tile.color)[tile.depth > 0.0])
 
     def _result(self, frame: RgbdFrame, visible: bool) -> SceneState:
         assert self._objects is not None
