@@ -1,0 +1,53 @@
+"""What each bag shows."""
+
+from dataclasses import dataclass
+
+from intent_tracking.demonstrator_script import Act, Scenario
+from intent_tracking.demonstrator_tasks import Pace
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """One bag."""
+
+    scenario: Scenario
+    seed: int
+    """Everything random in the bag comes from it."""
+    own_models: tuple[str, ...] = ()
+    """Objects that are not in the shipped database: `models.yaml` is written beside the bag."""
+
+
+def _one(
+    name: str, model: str, task: str, others: tuple[str, ...], seed: int, *, side: str = "right",
+    hesitate: int = 0, pass_by: bool = False, own: bool = False,
+) -> Recipe:  # fmt: skip
+    scenario = Scenario(name, (Act(model, task),), others, side, hesitate, pass_by)
+    return Recipe(scenario, seed, (model,) if own else ())
+
+
+RECIPES = (
+    _one("pour_mug", "mug_0", "pouring", ("bottle_3", "toy_car"), 11),
+    _one("wash_mug", "mug_0", "dish-washing", ("glass_1", "can"), 12),
+    _one("give_mug", "mug_0", "hand-over", ("hammer_2",), 13),
+    _one("pour_bottle", "bottle_0", "pouring", ("glass_0", "ball"), 14, hesitate=8),
+    _one("give_bottle", "bottle_0", "hand-over", ("knife_1", "box"), 15),
+    _one("pour_glass", "glass_1", "pouring", ("mug_3",), 16),
+    _one("wash_glass", "glass_1", "dish-washing", ("mug_2", "bowl", "can"), 17, hesitate=6),
+    _one("strike_hammer", "hammer_0", "tool-use", ("screwdriver_1", "box"), 18),
+    _one("give_hammer", "hammer_0", "hand-over", ("bottle_5",), 19),
+    _one("cut_knife", "knife_0", "tool-use", ("glass_3",), 20),
+    _one("give_knife", "knife_0", "hand-over", ("mug_4", "ball"), 21, pass_by=True),
+    _one("turn_screwdriver", "screwdriver_0", "tool-use", ("hammer_3", "can"), 22, side="left"),
+    _one("give_screwdriver", "screwdriver_0", "hand-over", ("bottle_1",), 23),
+    _one("pour_bottle_left", "bottle_2", "pouring", ("mug_1", "book"), 24, side="left"),
+    Recipe(Scenario("pour_then_strike", (Act("glass_3", "pouring"), Act("hammer_1", "tool-use")),
+                    ("ball",), pace=Pace(reach=26, hold=14, task=20)), 25),
+    Recipe(Scenario("no_grasp", (Act("bottle_4", "pouring", grasped=False),
+                                 Act("mug_5", "pouring", grasped=False)), ("can",)), 26),
+    _one("unknown_object", "toy_car", "hand-over", ("bottle_6", "glass_5"), 27),
+    _one("own_mug", "my_mug", "pouring", ("screwdriver_4", "ball"), 28, own=True),
+    _one("own_bottle", "my_bottle", "hand-over", ("knife_5",), 29, own=True, pass_by=True),
+)  # fmt: skip
+
+ROBOT_TABLE = ("hammer_4", "toy_car", "mug_2")
+"""What stands on the robot's own table."""
