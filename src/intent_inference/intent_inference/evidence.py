@@ -4,15 +4,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from intent_inference.features import Features, count_rows, is_observed
+from intent_inference.evidence_kernel import (
+    DIRECTION,
+    LARGEST_DIMENSION,
+    LOGARITHM,
+    PLAIN,
+    ROTATION,
+    block_likelihoods,
+    standardised,
+)
+from intent_inference.features import Features, count_rows
 from intent_inference.learning.quantisation import Quantiser
 from intent_inference.variables import OBJECT_CLASS
 from intent_perception.geometry import Array
 
-_LARGEST_DIMENSION = 16
+_KINDS = {"size": LOGARITHM, "gbvl": LOGARITHM, "dir": ROTATION, "npos": DIRECTION}
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +38,22 @@ class Evidence:
     def rows(self) -> int:
         """Number of observations N."""
         return len(self.likelihoods)
+
+    def patterns(self) -> list[tuple[frozenset[str], NDArray[np.int64]]]:
+        """Return the sets of observed variables that occur, and the rows of each."""
+        if self.rows == 1:
+            seen = frozenset(name for name, known in self.observed.items() if known[0])
+            return [(seen, np.zeros(1, dtype=np.int64))]
+        names = list(self.observed)
+        table = np.stack([self.observed[name] for name in names], axis=1)
+        found, place = np.unique(table, axis=0, return_inverse=True)
+        return [
+            (
+                frozenset(n for n, seen in zip(names, pattern, strict=True) if seen),
+                np.flatnonzero(place == i),
+            )
+            for i, pattern in enumerate(found)
+        ]
 
     def without(self, bank: "EvidenceBank", variables: tuple[str, ...]) -> "Evidence":
         """Return the evidence as if some variables had not been observed."""
@@ -70,17 +94,22 @@ class EvidenceBank:
         self.starts = {
             key: int(end - self.sizes[key]) for key, end in zip(self.keys, ends, strict=True)
         }
-        self._first = {q.variable: q for q in reversed(list(quantisers.values()))}
+        first = {q.variable: q for q in reversed(list(quantisers.values()))}
         self._continuous = tuple(dict.fromkeys(q.variable for q in quantisers.values()))
-        self._blocks, self._columns, self._width = _lay_out(
-            quantisers, self._continuous, self.starts
-        )
-        self._means = _joined([q.mixture.means for q in quantisers.values()])
-        self._covariances = _joined([q.mixture.covariances for q in quantisers.values()])
-        whiteners = [
-            np.linalg.inv(np.linalg.cholesky(q.mixture.covariances)) for q in quantisers.values()
-        ]
-        self._whiteners = _joined(whiteners)
+        used = [first[name] for name in self._continuous]
+        self._layout, self._columns = _variable_layout(used)
+        self._raw_width = int(self._layout[:, 2].sum())
+        self._width = int(self._layout[:, 4].sum())
+        self._centres = _joined([q.standardisation.mean for q in used])
+        self._axes = _joined([q.standardisation.axes for q in used])
+        mixtures = [q.mixture for q in quantisers.values()]
+        self._blocks = _block_layout(quantisers, self._continuous, self._layout, self.starts)
+        self._means = _joined([m.means for m in mixtures])
+        self._covariances = _joined([m.covariances for m in mixtures])
+        factors = [np.linalg.cholesky(m.covariances) for m in mixtures]
+        self._whiteners = _joined([np.linalg.inv(factor) for factor in factors])
+        diagonals = [np.diagonal(factor, axis1=1, axis2=2) for factor in factors]
+        self._log_volumes = _joined([np.log(d).sum(axis=1) for d in diagonals])
 
     def evidence(self, features: Features, deviations: Features | None = None) -> Evidence:
         """Return the likelihoods of a feature table.
@@ -96,145 +125,90 @@ class EvidenceBank:
         likelihoods = np.ones((rows, self.length))
         log_scale = np.zeros((rows, len(self.keys)))
         observed = {OBJECT_CLASS: self._set_class(features, likelihoods)}
-        values = np.zeros((rows, self._width))
-        known = np.zeros((rows, len(self._continuous)), dtype=np.bool_)
-        widening = np.zeros((rows, len(self._continuous), 1, 1))
-        if deviations:
-            shape = (rows, len(self._continuous), _LARGEST_DIMENSION, _LARGEST_DIMENSION)
-            widening = np.zeros(shape)
+        count = len(self._continuous)
+        raw = np.zeros((rows, self._raw_width))
+        spread = np.zeros((rows, self._raw_width) if deviations else (1, self._raw_width))
+        known = np.zeros((rows, count), dtype=np.bool_)
         for position, name in enumerate(self._continuous):
-            observed[name] = self._set_values(
-                name, features, deviations, values, widening[:, position]
-            )
-            known[:, position] = observed[name]
-        if self._continuous:
-            _likelihoods(
-                values, known, widening, bool(deviations), self._blocks, self._means,
-                self._covariances, self._whiteners, likelihoods, log_scale,
-            )  # fmt: skip
+            observed[name] = known[:, position]
+            if name in features:
+                place = self._columns[name]
+                raw[:, place] = _checked(name, features[name], place)
+                known[:, position] = np.isfinite(raw[:, place]).all(axis=1)
+                if deviations and name in deviations:
+                    given = _checked(name, deviations[name], place)
+                    spread[:, place] = np.where(np.isfinite(given), given, 0.0)
+        if not deviations:
+            spread = np.broadcast_to(spread, raw.shape).copy() if rows > 1 else spread
+        widened = bool(deviations)
+        size = LARGEST_DIMENSION if widened else 1
+        values = np.zeros((rows, self._width))
+        widening = np.empty((rows, count, size, size))
+        standardised(
+            raw, spread, known, self._layout, self._centres, self._axes, values, widening, widened
+        )
+        block_likelihoods(
+            values, known, widening, widened, self._blocks, self._means, self._covariances,
+            self._whiteners, self._log_volumes, likelihoods, log_scale,
+        )  # fmt: skip
         return Evidence(likelihoods, log_scale, observed)
 
     def _set_class(self, features: Features, likelihoods: Array) -> NDArray[np.bool_]:
-        known = np.zeros(len(likelihoods), dtype=bool)
+        known = np.zeros(len(likelihoods), dtype=np.bool_)
         if OBJECT_CLASS in features:
-            for row, name in enumerate(features[OBJECT_CLASS]):
-                index = self._class_index.get(str(name), -1)
+            for row, name in enumerate(features[OBJECT_CLASS].tolist()):
+                index = self._class_index.get(name, -1)
                 if index >= 0:
                     likelihoods[row, : len(self.classes)] = 0.0
                     likelihoods[row, index] = 1.0
                     known[row] = True
         return known
 
-    def _set_values(
-        self, name: str, features: Features, deviations: Features | None, values: Array,
-        widening: Array,
-    ) -> NDArray[np.bool_]:  # fmt: skip
-        if name not in features:
-            return np.zeros(len(values), dtype=bool)
-        quantiser = self._first[name]
-        known = is_observed(features, name)
-        given = features[name][known]
-        dimension = quantiser.standardisation.back.shape[1]
-        columns = self._columns[name]
-        try:
-            standard = quantiser.standardise(given)
-        except ValueError as error:
-            raise ValueError(
-                f"{name}: expected the columns of the training data: {error}"
-            ) from error
-        values[known, columns : columns + dimension] = standard
-        if deviations and name in deviations:
-            spread = np.nan_to_num(deviations[name][known], nan=0.0)
-            widening[known, :dimension, :dimension] = quantiser.widening(given, spread)
-        return known
+
+def _checked(name: str, values: NDArray[np.float64], place: slice) -> Array:
+    if values.ndim != 2 or values.shape[1] != place.stop - place.start:
+        raise ValueError(
+            f"{name}: expected {place.stop - place.start} columns as in training, got shape "
+            f"{values.shape}"
+        )
+    return values
 
 
 def _joined(arrays: list[Array]) -> Array:
     return np.concatenate([a.ravel() for a in arrays]) if arrays else np.zeros(0)
 
 
-def _lay_out(
-    quantisers: Mapping[str, Quantiser], variables: tuple[str, ...], starts: dict[str, int]
-) -> tuple[NDArray[np.int64], dict[str, int], int]:
-    """Return the block table, each variable's first column and the number of columns."""
-    columns: dict[str, int] = {}
-    width = 0
+def _variable_layout(used: list[Quantiser]) -> tuple[NDArray[np.int64], dict[str, slice]]:
+    """Return the kernel's table of variables and each variable's raw columns."""
+    rows, columns = [], {}
+    raw = mean = axes = out = 0
+    for quantiser in used:
+        name = quantiser.variable
+        dimension, coordinates = quantiser.standardisation.axes.shape
+        kind = _KINDS.get(name, PLAIN)
+        width = 4 if kind == ROTATION else coordinates
+        if max(coordinates, dimension) > LARGEST_DIMENSION:
+            raise ValueError(f"{name}: expected at most {LARGEST_DIMENSION} columns")
+        rows.append([kind, raw, width, coordinates, dimension, mean, axes, out])
+        columns[name] = slice(raw, raw + width)
+        raw, mean = raw + width, mean + coordinates
+        axes, out = axes + dimension * coordinates, out + dimension
+    return np.array(rows, dtype=np.int64).reshape(-1, 8), columns
+
+
+def _block_layout(
+    quantisers: Mapping[str, Quantiser],
+    variables: tuple[str, ...],
+    layout: NDArray[np.int64],
+    starts: dict[str, int],
+) -> NDArray[np.int64]:
     blocks = []
-    mean_start = covariance_start = 0
-    for position, (key, quantiser) in enumerate(quantisers.items()):
+    mean = covariance = volume = 0
+    for key, quantiser in quantisers.items():
         states, dimension = quantiser.mixture.means.shape
-        if dimension > _LARGEST_DIMENSION:
-            raise ValueError(f"{key}: expected at most {_LARGEST_DIMENSION} dimensions")
-        if quantiser.variable not in columns:
-            columns[quantiser.variable] = width
-            width += dimension
-        blocks.append([
-            variables.index(quantiser.variable), columns[quantiser.variable], dimension, states,
-            mean_start, covariance_start, starts[key], position + 1,
-        ])  # fmt: skip
-        mean_start += states * dimension
-        covariance_start += states * dimension * dimension
-    return np.array(blocks, dtype=np.int64).reshape(-1, 8), columns, width
-
-
-@njit(cache=True, error_model="numpy")
-def _likelihoods(  # noqa: C901
-    values: Array,
-    known: NDArray[np.bool_],
-    widening: Array,
-    widened: bool,
-    blocks: NDArray[np.int64],
-    means: Array,
-    covariances: Array,
-    whiteners: Array,
-    likelihoods: Array,
-    log_scale: Array,
-) -> None:
-    factor = np.empty((16, 16))
-    offset = np.empty(16)
-    half_log_two_pi = 0.5 * np.log(2.0 * np.pi)
-    for n in range(values.shape[0]):
-        for b in range(blocks.shape[0]):
-            variable, column, dimension, states = (
-                blocks[b, 0], blocks[b, 1], blocks[b, 2], blocks[b, 3],
-            )  # fmt: skip
-            if not known[n, variable]:
-                continue
-            start, top = blocks[b, 6], -np.inf
-            for k in range(states):
-                mean = blocks[b, 4] + k * dimension
-                base = blocks[b, 5] + k * dimension * dimension
-                squared = 0.0
-                log_volume = 0.0
-                for i in range(dimension):
-                    offset[i] = values[n, column + i] - means[mean + i]
-                if widened:
-                    for i in range(dimension):
-                        for j in range(i + 1):
-                            total = covariances[base + i * dimension + j]
-                            total += widening[n, variable, i, j]
-                            for m in range(j):
-                                total -= factor[i, m] * factor[j, m]
-                            if i == j:
-                                factor[i, i] = np.sqrt(total)
-                            else:
-                                factor[i, j] = total / factor[j, j]
-                        value = offset[i]
-                        for m in range(i):
-                            value -= factor[i, m] * offset[m]
-                        offset[i] = value / factor[i, i]
-                        squared += offset[i] * offset[i]
-                        log_volume += np.log(factor[i, i])
-                else:
-                    for i in range(dimension):
-                        value = 0.0
-                        for j in range(i + 1):
-                            value += whiteners[base + i * dimension + j] * offset[j]
-                        squared += value * value
-                        log_volume -= np.log(whiteners[base + i * dimension + i])
-                density = -0.5 * squared - log_volume - dimension * half_log_two_pi
-                likelihoods[n, start + k] = density
-                top = max(top, density)
-            for k in range(states):
-                likelihoods[n, start + k] = np.exp(likelihoods[n, start + k] - top)
-            log_scale[n, blocks[b, 7]] = top
+        variable = variables.index(quantiser.variable)
+        column = int(layout[variable, 7])
+        blocks.append([variable, column, dimension, states, mean, covariance, starts[key], volume])
+        mean, volume = mean + states * dimension, volume + states
+        covariance += states * dimension * dimension
+    return np.array(blocks, dtype=np.int64).reshape(-1, 8)

@@ -13,7 +13,7 @@ from intent_inference.learning.parameters import DirichletPrior, soft_counts, ta
 from intent_inference.learning.quantisation import Quantiser
 from intent_inference.learning.structure import TASK, Parents
 from intent_inference.network import DiscreteNetwork, Schedule, compile_networks
-from intent_inference.variables import ACTION, CONSTRAINT, OBJECT, OBJECT_CLASS
+from intent_inference.variables import ACTION, OBJECT, OBJECT_CLASS
 from intent_perception.geometry import Array
 
 _SURE = 1e-12
@@ -131,10 +131,12 @@ class TaskModel:
         return {}
 
     @cached_property
-    def _blocks(self) -> tuple[list[int], ...]:
-        """Positions in the evidence's `log_scale` that each member uses."""
-        position = {key: i for i, key in enumerate(self.bank.keys)}
-        return tuple([position[key] for key in member.keys.values()] for member in self._members)
+    def _usage(self) -> Array:
+        """(M, Q) 1 where a member uses a block of the evidence's `log_scale`."""
+        used = [
+            [float(key in set(m.keys.values())) for key in self.bank.keys] for m in self._members
+        ]
+        return np.array(used)
 
     def _schedule(self, target: str, members: tuple[int, ...] | None = None) -> Schedule:
         """Return the compiled schedule of all (or some) members for a target, made once."""
@@ -166,14 +168,25 @@ class TaskModel:
         members: tuple[int, ...] | None = None,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Return posterior (M, N, K) and log p(evidence[, task = value]) (M, N) of each member."""
-        about_task = np.ones((evidence.rows, 2))
+        length = self.bank.length
+        likelihoods = np.ones((evidence.rows, length + 2))
+        likelihoods[:, :length] = evidence.likelihoods
         if task_value is not None:
-            about_task[:, 1 - task_value] = 0.0
-        likelihoods = np.concatenate([evidence.likelihoods, about_task], axis=1)
+            likelihoods[:, length + 1 - task_value] = 0.0
         posterior, log_evidence = self._schedule(target, members).query(likelihoods)
-        chosen = range(len(self._members)) if members is None else members
-        scale = np.stack([evidence.log_scale[:, self._blocks[m]].sum(axis=1) for m in chosen])
-        return posterior, log_evidence + scale
+        usage = self._usage if members is None else self._usage[list(members)]
+        return posterior, log_evidence + usage @ evidence.log_scale.T
+
+    @cached_property
+    def _nearest(self) -> dict[tuple[str, frozenset[str]], Calibration]:
+        return {}
+
+    def _calibration(self, networks: TaskNetworks, observed: frozenset[str]) -> Calibration:
+        """Return the nearest calibration of a task, remembered."""
+        key = (networks.task, observed)
+        if key not in self._nearest:
+            self._nearest[key] = networks.calibration(observed)
+        return self._nearest[key]
 
     def log_odds(self, evidence: Evidence) -> list[Array]:
         """Return each task's (N, M) log-odds of its networks, not calibrated."""
@@ -189,14 +202,10 @@ class TaskModel:
         """Return calibrated log-odds of each task, (N, T), for a balanced prior."""
         odds = self.log_odds(evidence)
         result = np.empty((evidence.rows, len(self.networks)))
-        names = list(evidence.observed)
-        patterns = np.stack([evidence.observed[name] for name in names], axis=1)
-        for pattern in np.unique(patterns, axis=0):
-            rows = np.all(patterns == pattern, axis=1)
-            observed = frozenset(n for n, seen in zip(names, pattern, strict=True) if seen)
+        for observed, rows in evidence.patterns():
             for column, networks in enumerate(self.networks):
                 if networks.calibrations:
-                    calibration = networks.calibration(observed)
+                    calibration = self._calibration(networks, observed)
                     result[rows, column] = calibration.apply(odds[column][rows])
                 else:
                     result[rows, column] = odds[column][rows].mean(axis=1)
@@ -325,20 +334,3 @@ class TaskModel:
                 known[name] = value
                 drawn[name].append(value[0])
         return {name: np.stack(values) for name, values in drawn.items()}
-
-
-def split_observed(variables: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
-    """Return the sets of observed variables for which posteriors are calibrated, by name."""
-    masks = {
-        "full": variables,
-        "partial": tuple(v for v in variables if v not in CONSTRAINT),
-        "partial_fig5": tuple(v for v in variables if v not in ("fvol", "gbvl")),
-        "position": tuple(v for v in variables if v in (OBJECT_CLASS, "npos")),
-        "object": tuple(v for v in variables if v in OBJECT),
-        "no_class": tuple(v for v in variables if v != OBJECT_CLASS),
-        "no_class_partial": tuple(
-            v for v in variables if v != OBJECT_CLASS and v not in CONSTRAINT
-        ),
-        "shape": tuple(v for v in variables if v in OBJECT and v != OBJECT_CLASS),
-    }
-    return {name: chosen for name, chosen in masks.items() if chosen}

@@ -97,8 +97,12 @@ class Schedule:
         return posterior, evidence
 
 
-@njit(cache=True, error_model="numpy")
-def _run(  # noqa: C901, PLR0915
+_FAST = {"reassoc", "contract", "arcp", "nsz"}
+"""Sums may be vectorised; zeros and infinities keep their meaning."""
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FAST)
+def _run(
     likelihoods: Array,
     tables: Array,
     steps: Index,
@@ -112,44 +116,16 @@ def _run(  # noqa: C901, PLR0915
     posterior: Array,
     evidence: Array,
 ) -> None:
-    states_target = posterior.shape[2]
     for n in range(likelihoods.shape[0]):
         for g in range(networks.shape[0]):
             log_scale = 0.0
             for s in range(networks[g, 0], networks[g, 1]):
-                start, states, out, size = steps[s, 0], steps[s, 1], steps[s, 2], steps[s, 3]
-                first, end, gate, turns = steps[s, 4], steps[s, 5], steps[s, 6], steps[s, 7]
-                largest = 0.0
-                for o in range(size):
-                    if gate >= 0 and likelihoods[n, gate + (o // gates[s, 0]) % turns] == 0.0:
-                        messages[out + o] = 0.0
-                        continue
-                    total = 0.0
-                    if end == first + 1 and factors[first, 0] == 0:
-                        base = factors[first, 1] + maps[factors[first, 3] + o]
-                        stride = factors[first, 2]
-                        for j in range(states):
-                            total += tables[base + j * stride] * likelihoods[n, start + j]
-                    else:
-                        for j in range(states):
-                            product = likelihoods[n, start + j]
-                            if product == 0.0:
-                                continue
-                            for f in range(first, end):
-                                entry = factors[f, 1] + maps[factors[f, 3] + o] + j * factors[f, 2]
-                                if factors[f, 0] == 1:
-                                    product *= messages[entry]
-                                else:
-                                    product *= tables[entry]
-                            total += product
-                    messages[out + o] = total
-                    largest = max(largest, total)
-                if largest > 0.0:
-                    for o in range(size):
-                        messages[out + o] /= largest
+                largest = _eliminate(
+                    likelihoods[n], tables, steps[s], gates[s, 0], factors, maps, messages
+                )
                 log_scale += np.log(largest)
             total = 0.0
-            for k in range(states_target):
+            for k in range(posterior.shape[2]):
                 product = 1.0
                 if target_likelihood[g] >= 0:
                     product = likelihoods[n, target_likelihood[g] + k]
@@ -161,9 +137,51 @@ def _run(  # noqa: C901, PLR0915
                         product *= tables[entry]
                 posterior[g, n, k] = product
                 total += product
-            for k in range(states_target):
+            for k in range(posterior.shape[2]):
                 posterior[g, n, k] /= total
             evidence[g, n] = log_scale + np.log(total)
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FAST)
+def _eliminate(
+    likelihood: Array,
+    tables: Array,
+    step: Index,
+    gate_stride: int,
+    factors: Index,
+    maps: Index,
+    messages: Array,
+) -> float:
+    """Write one step's message, scaled to a largest entry of 1; return what it was scaled by."""
+    start, states, out, size, first, end, gate, turns = step
+    own = likelihood[start : start + states]
+    work = np.empty(states)
+    largest = 0.0
+    for o in range(size):
+        if gate >= 0 and likelihood[gate + (o // gate_stride) % turns] == 0.0:
+            messages[out + o] = 0.0
+            continue
+        for j in range(states):
+            work[j] = own[j]
+        for f in range(first, end):
+            base, stride = factors[f, 1] + maps[factors[f, 3] + o], factors[f, 2]
+            source = messages if factors[f, 0] == 1 else tables
+            if stride == 1:
+                row = source[base : base + states]
+                for j in range(states):
+                    work[j] *= row[j]
+            else:
+                for j in range(states):
+                    work[j] *= source[base + j * stride]
+        total = 0.0
+        for j in range(states):
+            total += work[j]
+        messages[out + o] = total
+        largest = max(largest, total)
+    if largest > 0.0:
+        for o in range(size):
+            messages[out + o] /= largest
+    return largest
 
 
 @dataclass(frozen=True, eq=False)

@@ -106,3 +106,20 @@ _COORDINATES = {
 def coordinates_of(variable: str) -> Coordinates:
     """Return the coordinates in which a continuous variable of Table I is learnt."""
     return _COORDINATES.get(variable, _PLAIN)
+
+
+def split_observed(variables: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    """Return the sets of observed variables for which posteriors are calibrated, by name."""
+    masks = {
+        "full": variables,
+        "partial": tuple(v for v in variables if v not in CONSTRAINT),
+        "partial_fig5": tuple(v for v in variables if v not in ("fvol", "gbvl")),
+        "position": tuple(v for v in variables if v in (OBJECT_CLASS, "npos")),
+        "object": tuple(v for v in variables if v in OBJECT),
+        "no_class": tuple(v for v in variables if v != OBJECT_CLASS),
+        "no_class_partial": tuple(
+            v for v in variables if v != OBJECT_CLASS and v not in CONSTRAINT
+        ),
+        "shape": tuple(v for v in variables if v in OBJECT and v != OBJECT_CLASS),
+    }
+    return {name: chosen for name, chosen in masks.items() if chosen}

@@ -14,8 +14,8 @@ from intent_inference.evidence import Evidence
 from intent_inference.features import Features
 from intent_inference.learning.fitting import Recipe, TrainingConfig, balanced_rows, train
 from intent_inference.learning.parameters import DirichletPrior
-from intent_inference.model import TaskModel, split_observed
-from intent_inference.variables import OBJECT_CLASS
+from intent_inference.model import TaskModel
+from intent_inference.variables import OBJECT_CLASS, split_observed
 from intent_perception.geometry import Array
 
 Rows = NDArray[np.int64]

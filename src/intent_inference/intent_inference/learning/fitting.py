@@ -18,8 +18,8 @@ from intent_inference.learning.quantisation import (
     quantise,
 )
 from intent_inference.learning.structure import TASK, Assignments, learn_structure
-from intent_inference.model import Member, TaskModel, TaskNetworks, split_observed
-from intent_inference.variables import OBJECT_CLASS
+from intent_inference.model import Member, TaskModel, TaskNetworks
+from intent_inference.variables import OBJECT_CLASS, split_observed
 from intent_perception.geometry import Array
 
 Rows = NDArray[np.int64]
