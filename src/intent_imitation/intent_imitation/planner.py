@@ -103,10 +103,19 @@ class GraspPlanner:
         self._hand = GraspingHand.load(library.hand)
         self._source = HypothesisSource(database, library, self._hand, self._config.unshaken)
         self._objects: RecognizedObjects | None = None
+        self._chances: dict[tuple[str, str], tuple[Array, Array]] = {}
 
     def start(self, objects: RecognizedObjects) -> None:
-        """Take what was recognised on the robot's table; it holds until the next start."""
+        """Take what was recognised on the robot's table; it holds until the next start.
+
+        What does not depend on the task is worked out here, each object once: signed distance,
+        features, and what BN^R says of the object and of each of its grasps.
+        """
         self._objects = objects
+        for item in objects.objects:
+            if self._source.knows(item.model):
+                self._source.distance(item.model)
+                self._chance(item.model, item.object_class)
 
     def step(self, posterior: TaskPosterior) -> GraspPlan | None:
         """Return the answer to a final posterior; None while it is preliminary or says nothing."""
@@ -162,12 +171,24 @@ class GraspPlanner:
         item = self._objects.objects[index]
         hypotheses = self._source.of(item.model, item.object_class)
         column = self._model.tasks.index(task)
-        chance = float(self._model.posterior(hypotheses.object_features)[0, column])
+        of_object, of_grasps = self._chance(item.model, item.object_class)
+        chance = float(of_object[column])
         if task in _UPRIGHT_TASKS and self._rise(index) < self._config.upright:
             return _Option(item.id, item.object_class, chance, ())
-        task_chance = self._model.posterior(hypotheses.features)[:, column]
-        grasps = self._reachable(index, hypotheses, task_chance)
+        grasps = self._reachable(index, hypotheses, of_grasps[:, column])
         return _Option(item.id, item.object_class, chance, grasps)
+
+    def _chance(self, model: str, object_class: str) -> tuple[Array, Array]:
+        """Return p(t | o) (T,) and p(t | o, a) (G, T) of an object and its hypotheses."""
+        key = (model, object_class)
+        if key not in self._chances:
+            hypotheses = self._source.of(model, object_class)
+            tasks = len(self._model.tasks)
+            of_grasps = np.zeros((0, tasks))
+            if len(hypotheses.grasps) > 0:
+                of_grasps = self._model.posterior(hypotheses.features)
+            self._chances[key] = self._model.posterior(hypotheses.object_features)[0], of_grasps
+        return self._chances[key]
 
     def _rise(self, index: int) -> float:
         """Return the cosine between an object's opening (else its z axis) and the vertical.
