@@ -32,7 +32,6 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """Results that a late joiner needs."""
-_SILENCE = 5.0  # seconds without input after which a node says what it is waiting for
 
 
 def declared[C](node: Node, config: C, prefix: str = "") -> C:
@@ -65,8 +64,13 @@ def declared[C](node: Node, config: C, prefix: str = "") -> C:
 def declared_database(node: Node) -> ObjectDatabase:
     """Return the object database that the parameter `models` names; empty: the shipped one."""
     text = "object database: a YAML file or a folder with one; empty: the shipped 48 objects"
+    return ObjectDatabase.load(declared_value(node, "models", "", text) or None)
+
+
+def declared_value(node: Node, name: str, default: Any, text: str) -> Any:
+    """Return a single parameter, declared with its description."""
     descriptor = ParameterDescriptor(description=text, read_only=True)
-    return ObjectDatabase.load(node.declare_parameter("models", "", descriptor).value or None)
+    return node.declare_parameter(name, default, descriptor).value
 
 
 class IntentNode(Node):
@@ -179,19 +183,20 @@ class FrameSubscription:
         depth = self._parameter(
             "depth_transport", "raw", "raw or compressedDepth", ("compressedDepth",)
         )
-        self._queue = node.declare_parameter(
-            "queue", 1, ParameterDescriptor(description="images kept while a step runs, 1..1000")
-        ).value
+        text = "images kept while a step runs, 1..1000: 1 for a live camera"
+        self._queue = declared_value(node, "queue", 1, text)
+        text = "time without a frame after which the node says what it is waiting for [s]"
+        self._silence = float(declared_value(node, "silence", 5.0, text))
         add = self.synchroniser
         self._subscribe("rgb/image_rect_color", color, add.add_color)
         self._subscribe("depth_registered/image_rect", depth, add.add_depth)
         self._listen(CameraInfo, "rgb/camera_info", add.add_info)
 
     def _parameter(self, name: str, default: str, text: str, others: tuple[str, ...]) -> str:
-        value = self._node.declare_parameter(name, default, ParameterDescriptor(description=text))
-        if value.value not in (default, *others):
-            raise ValueError(f"parameter {name}: expected {text}, got {value.value!r}")
-        return str(value.value)
+        value = declared_value(self._node, name, default, text)
+        if value not in (default, *others):
+            raise ValueError(f"parameter {name}: expected {text}, got {value!r}")
+        return str(value)
 
     def _subscribe(self, topic: str, transport: str, add: Callable[[Any], Any]) -> None:
         if transport == "raw":
@@ -234,7 +239,6 @@ class FrameSubscription:
             self._node.reset()
         if frame is None:
             return
-        self._quiet_since, self._warned = time.monotonic(), False
         self.frame_id = message.header.frame_id or self.frame_id
         if not frame.depth.any():
             self._node.reject("the depth image holds no measurement (all zero or NaN)")
@@ -243,15 +247,16 @@ class FrameSubscription:
             header = Header(frame_id=message.header.frame_id)
             header.stamp.sec, header.stamp.nanosec = divmod(frame.stamp, NANOSECONDS)
             self._node.attempt(self._on_frame, frame, header)
+        self._quiet_since, self._warned = time.monotonic(), False
 
     def waiting(self) -> str:
         """Return what a node without frames is waiting for; warn about it once."""
-        if not self._node.enabled or time.monotonic() - self._quiet_since < _SILENCE:
+        if not self._node.enabled or time.monotonic() - self._quiet_since < self._silence:
             return ""
         missing = self.synchroniser.missing
         what = ", ".join(missing) if missing else "colour and depth of the same time"
         seen = ", ".join(f"{t}: {self._node.count_publishers(t)}" for t in self.topics)
-        text = f"no frame for {_SILENCE:.0f} s, waiting for {what}; publishers: {seen}"
+        text = f"no frame for {self._silence:g} s, waiting for {what}; publishers: {seen}"
         if not self._warned:
             self._warned = True
             self._node.get_logger().warning(text)
