@@ -58,7 +58,7 @@ class CandidateSource:
         self._hypotheses: Iterator[Hypothesis] = iter(())
         if choices:
             self._hypotheses = sample_hypotheses(
-                choices, self.hand, self.target.extent, self.rng, self.spread
+                choices, self.hand, self.target.extent, self.target.center_of_mass, self.rng, self.spread
             )
 
     @property
@@ -86,7 +86,11 @@ class CandidateSource:
         if len(contacts.points) < 2 or not opposed(self.hand, contacts):
             return Fate.NO_OPPOSITION, None
         residual = gravity_residual(
-            contacts, self.target.center_of_mass, self.target.reach, self.filter.friction
+            contacts,
+            self.target.center_of_mass,
+            self.target.reach,
+            self.filter.friction,
+            self.target.weight,
         )
         if residual > self.filter.residual:
             return Fate.UNSTABLE, None

@@ -12,8 +12,13 @@ from intent_perception.geometry import transform_points
 from intent_tracking.joint_table import Array
 
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
+_STRONGEST = 60.0
+"""Sum of the normal forces that a grasp may need to hold an object [N]."""
 _NEAR = 0.0018
 """A link touches where its skin is this close to the object [m]."""
+PAD = 0.004
+"""Torque about its normal that a soft finger pad bears per normal force [m]: 2/3 of the friction
+times a patch of 7 mm radius."""
 _APART = 0.012
 """A link may touch twice if the places are this far apart [m]."""
 
@@ -68,10 +73,11 @@ def touching(
 
 
 def wrench_basis(contacts: Contacts, center: Array, scale: float, friction: float) -> Array:
-    """Return the unit wrenches (6, 6K) on the edges of the contacts' friction cones.
+    """Return unit wrenches (6, 8K) whose mixtures are what K soft finger contacts can exert.
 
     Args:
-        contacts: K contacts; each contributes six edges with a normal force of 1.
+        contacts: K contacts; each contributes, with a normal force of 1, six edges of the friction
+            cone and a twist of the pad either way.
         center: (3,) point that torques refer to [m].
         scale: length that makes torques comparable with forces [m].
         friction: Coulomb's coefficient.
@@ -86,13 +92,26 @@ def wrench_basis(contacts: Contacts, center: Array, scale: float, friction: floa
         np.cos(angles)[:, None] * first[:, None] + np.sin(angles)[:, None] * second[:, None]
     )
     torques = np.cross((contacts.points - center)[:, None], edges) / scale
-    return np.asarray(np.concatenate([edges, torques], axis=2).reshape(-1, 6).T)
+    arm = np.cross(contacts.points - center, normals)[:, None]
+    twists = (arm + PAD * np.array([1.0, -1.0])[:, None] * normals[:, None]) / scale
+    pads = np.concatenate([np.repeat(normals[:, None], 2, axis=1), twists], axis=2)
+    cones = np.concatenate([edges, torques], axis=2)
+    return np.asarray(np.concatenate([cones, pads], axis=1).reshape(-1, 6).T)
 
 
-def gravity_residual(contacts: Contacts, center: Array, scale: float, friction: float) -> float:
+def gravity_residual(
+    contacts: Contacts, center: Array, scale: float, friction: float, weight: float
+) -> float:
     """Return the largest share of its weight, over six directions, that the contacts cannot hold.
 
-    0: gravity from any side can be held; the pull needed is bounded by ten weights.
+    0: gravity from any side can be held with normal forces that add up to at most 60 N.
+
+    Args:
+        contacts: the contacts.
+        center: (3,) centre of mass [m].
+        scale: length that makes torques comparable with forces [m].
+        friction: Coulomb's coefficient.
+        weight: the object's weight [N].
     """
     if len(contacts.points) < 2:
         return 1.0
@@ -100,7 +119,8 @@ def gravity_residual(contacts: Contacts, center: Array, scale: float, friction: 
     worst = 0.0
     for direction in _DIRECTIONS:
         weights, residual = nnls(basis, np.concatenate([-direction, np.zeros(3)]))
-        worst = max(worst, float(residual), 0.3 if weights.sum() > 10.0 else 0.0)
+        excess = 0.3 if weight * weights.sum() > _STRONGEST else 0.0
+        worst = max(worst, float(residual), excess)
     return worst
 
 

@@ -68,6 +68,15 @@ class Preshape:
     depth: tuple[float, float]
     """Range of how deep `center` may enter the box face where `stop` is center [m]."""
     offset: tuple[float, float]
+    """How far the centre may slide in the box face, shares of its half edges: across, along."""
+    side: float
+    """0: the object's middle meets `center`; -1 or 1: its surface on this side of `closing`."""
+    thickest: float
+    """Thickest object along `approach` [m]."""
+    jitter: float
+    """Factor on the spread of roll and tilt."""
+    near_mass: bool
+    """Whether places near the centre of mass are preferred."""
     open: Array
     """(J,) posture before closing [rad]."""
     rates: Array
@@ -85,6 +94,8 @@ class GraspingHand:
     preshapes: tuple[Preshape, ...]
     effort: Array
     """(J,) torque limit of each joint [N m]."""
+    grips: dict[str, Array]
+    """Share of the torque limits (J,) that each pre-shape uses: a pinch balances the fingers."""
     arrays: HandArrays
 
     @property
@@ -121,7 +132,9 @@ class GraspingHand:
             raise ValueError(f"hand {name}: expected at least one pre-shape")
         preshapes = tuple(_preshape(table, entry) for entry in description["preshapes"])
         effort = _effort(table, chains, description)
-        return cls(name, table, chains, preshapes, effort, _arrays(table, chains, description))
+        grips = {entry["name"]: _grip(table, chains, entry) for entry in description["preshapes"]}
+        arrays = _arrays(table, chains, description)
+        return cls(name, table, chains, preshapes, effort, grips, arrays)
 
 
 def _table(source: str, folder: Path) -> JointTable:
@@ -181,6 +194,10 @@ def _preshape(table: JointTable, entry: dict[str, Any]) -> Preshape:
         entry["stop"],
         tuple(entry.get("depth", (0.0, 0.0))),
         tuple(entry["offset"]),
+        float(entry.get("side", 0.0)),
+        float(entry.get("thickest", 1.0)),
+        float(entry.get("jitter", 1.0)),
+        bool(entry.get("near_mass", False)),
         np.clip(posture, table.limits[:, 0], table.limits[:, 1]),
         _posture(table, entry["rates"]),
     )
@@ -189,11 +206,20 @@ def _preshape(table: JointTable, entry: dict[str, Any]) -> Preshape:
 def _effort(table: JointTable, chains: tuple[str, ...], description: dict[str, Any]) -> Array:
     """Return the torque limits (J,): per level of each finger; joints of no finger have their own."""
     effort = np.full(len(table.joint_names), float(description.get("knuckle_effort", 1.0)))
-    levels = description["effort"]
     for finger in chains:
+        levels = description["effort"].get(finger, description["effort"]["others"])
         for level, joint in enumerate(_joint_indices(table, finger)):
             effort[joint] = levels[min(level, len(levels) - 1)]
     return effort
+
+
+def _grip(table: JointTable, chains: tuple[str, ...], entry: dict[str, Any]) -> Array:
+    """Return the share (J,) of the torque limits that a pre-shape uses."""
+    grip = np.ones(len(table.joint_names))
+    shares = entry.get("grip", {})
+    for finger in chains:
+        grip[_joint_indices(table, finger)] = shares.get(finger, shares.get("others", 1.0))
+    return grip
 
 
 def _arrays(table: JointTable, chains: tuple[str, ...], description: dict[str, Any]) -> HandArrays:

@@ -13,6 +13,9 @@ from intent_tracking.joint_table import Array
 _FREE = 0.004
 """A face is free if the point this far in front of its centre lies in no other box [m]."""
 
+_NEAR_MASS, _NEAR_MASS_SHARE = 0.015, 0.8
+"""Spread around the centre of mass [m] of this share of the pinches that prefer it."""
+
 
 @dataclass(frozen=True)
 class HypothesisConfig:
@@ -77,6 +80,7 @@ def approaches(boxes: Sequence[Box], hand: GraspingHand) -> list[Approach]:
                         Approach(preshape, box, normal, closing)
                         for preshape in hand.preshapes
                         if 2.0 * box.half_size[across] <= preshape.widest
+                        and 2.0 * box.half_size[axis] <= preshape.thickest
                     ]
     return found
 
@@ -85,8 +89,9 @@ def sample_hypotheses(
     choices: Sequence[Approach],
     hand: GraspingHand,
     extent: float,
+    center_of_mass: Array,
     rng: np.random.Generator,
-    config: HypothesisConfig = HypothesisConfig(),
+    config: HypothesisConfig | None = None,
 ) -> Iterator[Hypothesis]:
     """Yield endless jittered hypotheses, pre-shapes in proportion to their weights.
 
@@ -94,12 +99,14 @@ def sample_hypotheses(
         choices: what `approaches` found.
         hand: the hand.
         extent: no point of the object is farther from its frame's origin [m].
+        center_of_mass: (3,) of the object [m].
         rng: source of the jitter.
         config: spreads.
 
     Raises:
         ValueError: if there is nothing to choose from.
     """
+    config = config or HypothesisConfig()
     if not choices:
         raise ValueError("expected an object with at least one face that the hand can span")
     counts: dict[int, int] = {}
@@ -109,7 +116,7 @@ def sample_hypotheses(
     weights /= weights.sum()
     while True:
         for index in rng.choice(len(choices), size=64, p=weights):
-            yield _jittered(choices[index], hand, extent, rng, config)
+            yield _jittered(choices[index], hand, extent, center_of_mass, rng, config)
 
 
 def _is_free(point: Array, boxes: Sequence[Box]) -> bool:
@@ -122,12 +129,14 @@ def _jittered(
     choice: Approach,
     hand: GraspingHand,
     extent: float,
+    center_of_mass: Array,
     rng: np.random.Generator,
     config: HypothesisConfig,
 ) -> Hypothesis:
-    preshape, box = choice.preshape, choice.box
-    tilt = rotation_from_vector(rng.normal(0.0, config.tilt, 3))
-    roll = rotation_from_vector(choice.normal * rng.uniform(-config.roll, config.roll))
+    preshape = choice.preshape
+    tilt = rotation_from_vector(rng.normal(0.0, config.tilt * preshape.jitter, 3))
+    most = config.roll * preshape.jitter
+    roll = rotation_from_vector(choice.normal * rng.uniform(-most, most))
     turn = tilt @ roll
     approach, closing = -(turn @ choice.normal), turn @ choice.closing
     side = np.cross(approach, closing)
@@ -135,9 +144,10 @@ def _jittered(
         [preshape.approach, preshape.closing, np.cross(preshape.approach, preshape.closing)]
     )
     rotation = np.stack([approach, closing, side], axis=1) @ in_hand
-    target, depth = _target(choice, rng)
+    target, depth, half_width = _target(choice, center_of_mass, rng)
     back = 2.0 * extent + config.clearance
     center = target - approach * back
+    center -= closing * (preshape.side * half_width)
     pose = np.eye(4)
     pose[:3, :3] = rotation
     pose[:3, 3] = center - rotation @ preshape.center
@@ -147,8 +157,10 @@ def _jittered(
     return Hypothesis(preshape.name, pose, approach, travel, joints, preshape.rates)
 
 
-def _target(choice: Approach, rng: np.random.Generator) -> tuple[Array, float]:
-    """Return a point on the box face [m] and how deep the centre should go beyond it [m]."""
+def _target(
+    choice: Approach, center_of_mass: Array, rng: np.random.Generator
+) -> tuple[Array, float, float]:
+    """Return a point on the box face, how deep the centre should go, half the width there [m]."""
     box, preshape = choice.box, choice.preshape
     local_normal = box.rotation.T @ choice.normal
     local_closing = box.rotation.T @ choice.closing
@@ -157,6 +169,10 @@ def _target(choice: Approach, rng: np.random.Generator) -> tuple[Array, float]:
     point = np.zeros(3)
     point[axis] = np.sign(local_normal[axis]) * box.half_size[axis]
     point[across] = rng.uniform(-1.0, 1.0) * preshape.offset[0] * box.half_size[across]
-    point[along] = rng.uniform(-1.0, 1.0) * preshape.offset[1] * box.half_size[along]
+    reach = preshape.offset[1] * box.half_size[along]
+    point[along] = rng.uniform(-reach, reach)
+    if preshape.near_mass and rng.random() < _NEAR_MASS_SHARE:
+        mass = float((box.rotation.T @ (center_of_mass - box.center))[along])
+        point[along] = np.clip(rng.normal(mass, _NEAR_MASS), -reach, reach)
     depth = min(rng.uniform(*preshape.depth), box.half_size[axis]) if preshape.depth[1] else 0.0
-    return box.center + box.rotation @ point, float(depth)
+    return box.center + box.rotation @ point, float(depth), float(box.half_size[across])

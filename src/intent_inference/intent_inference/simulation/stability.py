@@ -14,7 +14,7 @@ import numpy as np
 import pybullet
 
 from intent_inference.simulation.autograsp import ClosedGrasp
-from intent_inference.simulation.contacts import Contacts
+from intent_inference.simulation.contacts import PAD, Contacts
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.urdf import urdf_text
 from intent_perception.geometry import inverse, make_pose, rotation_angle, rotation_from_quaternion
@@ -146,7 +146,11 @@ class _Engine:
         )
         for link in range(-1, len(hand.table.parents) - 1):
             pybullet.changeDynamics(
-                self._body, link, lateralFriction=self._config.friction, physicsClientId=client
+                self._body,
+                link,
+                lateralFriction=self._config.friction,
+                spinningFriction=PAD,
+                physicsClientId=client,
             )
         (folder / "object.obj").write_text(_grouped_obj(self._model))
         shape = pybullet.createCollisionShape(
@@ -196,6 +200,7 @@ class _Engine:
         target = np.clip(
             grasp.joints + self._config.squeeze * grasp.closing, limits[:, 0], limits[:, 1]
         )
+        effort = self._hand.effort * self._hand.grips.get(grasp.preshape, 1.0)
         pybullet.setGravity(0.0, 0.0, 0.0, physicsClientId=client)
         pybullet.resetBasePositionAndOrientation(
             self._body,
@@ -219,7 +224,7 @@ class _Engine:
             self._joint_ids,
             pybullet.POSITION_CONTROL,
             targetPositions=(self._ratios * target[self._drivers]).tolist(),
-            forces=self._hand.effort[self._drivers].tolist(),
+            forces=effort[self._drivers].tolist(),
             positionGains=[0.15] * len(self._joint_ids),
             velocityGains=[0.6] * len(self._joint_ids),
             physicsClientId=client,

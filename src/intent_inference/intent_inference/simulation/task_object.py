@@ -36,6 +36,11 @@ class TaskObject:
         return SignedDistance.from_mesh(self.mesh)
 
     @property
+    def weight(self) -> float:
+        """Weight [N]."""
+        return 9.81 * self.model.mass
+
+    @property
     def extent(self) -> float:
         """No point of the surface is farther from the origin [m]."""
         return float(np.linalg.norm(self.geometry.points, axis=1).max())
