@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from intent_perception.camera import RgbdFrame
 from intent_perception.geometry import Array
-from intent_tracking.appearance import BACKGROUND, HAND, AppearanceModel, color_bins
+from intent_tracking.appearance import (
+    BACKGROUND,
+    HAND,
+    AppearanceModel,
+    color_bins,
+    skin_prior,
+)
 from intent_tracking.hand_kernel import Single
 from intent_tracking.tile import Tile, cut_tile
 
@@ -33,6 +39,10 @@ class DetectionConfig:
     """Depth agreement with an object at rest that excludes a pixel [m]."""
     skin_margin: float = 0.3
     """Log-likelihood ratio skin : background from which a pixel is skin."""
+    skin_width: float = 2.5
+    """Colours less likely than exp(-skin_width) of the likeliest skin are surely no skin."""
+    largest_area: float = 0.045
+    """Larger pieces are no hand, not even with a bare forearm [m^2]."""
     least_area: float = 0.0015
     """Smallest visible surface of a hand [m^2]."""
     length: float = 0.20
@@ -62,6 +72,35 @@ def coarse_tile(frame: RgbdFrame, size: int) -> Tile:
     return cut_tile(frame, (0.5 * (camera.width - 1), 0.5 * (camera.height - 1), side), size)
 
 
+def body_pixels(
+    tile: Tile, rest_depth: Single, table: Array | None, config: DetectionConfig
+) -> NDArray[np.bool_]:
+    """Return the pixels (S, S) that belong to neither table nor known objects."""
+    body = (tile.depth > 0.15) & (tile.depth < config.farthest)
+    body &= ~(np.abs(tile.depth - rest_depth) < config.rest_tolerance)
+    if table is not None:
+        height = np.tensordot(table[:3].astype(np.float32), tile.points, 1) + np.float32(table[3])
+        body &= (height > config.clearance) & (height < config.ceiling)
+    return body
+
+
+def background_pixels(
+    tile: Tile, rest_depth: Single, table: Array | None, config: DetectionConfig
+) -> NDArray[np.bool_]:
+    """Return the pixels (S, S) that are no hand: not skin-like, or in too large a piece.
+
+    Without a table they are those of the whole image.
+    """
+    body = body_pixels(tile, rest_depth, table, config)
+    if table is None:
+        body |= tile.depth > 0.0
+    prior = skin_prior()
+    like_skin = body & (prior > prior.max() * np.exp(-config.skin_width))[color_bins(tile.color)]
+    _, labels = cv2.connectedComponents(like_skin.astype(np.uint8), connectivity=4)
+    areas = np.bincount(labels.ravel(), weights=((tile.depth * tile.step) ** 2).ravel())
+    return body & (~like_skin | (areas[labels] > config.largest_area))
+
+
 def hand_pixels(
     tile: Tile,
     rest_depth: Single,
@@ -78,11 +117,7 @@ def hand_pixels(
         appearance: colour models.
         config: thresholds.
     """
-    body = (tile.depth > 0.15) & (tile.depth < config.farthest)
-    body &= ~(np.abs(tile.depth - rest_depth) < config.rest_tolerance)
-    if table is not None:
-        height = np.tensordot(table[:3].astype(np.float32), tile.points, 1) + np.float32(table[3])
-        body &= (height > config.clearance) & (height < config.ceiling)
+    body = body_pixels(tile, rest_depth, table, config)
     color = appearance.log_probability(color_bins(tile.color))
     skin = body & (color[HAND] - color[BACKGROUND] > config.skin_margin)
     return body, cv2.medianBlur(skin.astype(np.uint8), 3) > 0

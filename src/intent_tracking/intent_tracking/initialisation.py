@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from intent_perception.geometry import Array, rotation_between, rotation_from_vector
 from intent_tracking.body_state import BodyState
+from intent_tracking.finger_sweep import sweep_fingers
 from intent_tracking.hand import LIMITS, HandModel, Side
 from intent_tracking.hand_detection import HandRegion
 from intent_tracking.hand_kernel import HandArrays, Single
@@ -23,26 +24,33 @@ from intent_tracking.refinement import refine
 from intent_tracking.tile import Tile
 
 NO_OBJECTS = object_arrays([])
+_CURLS = ((5, 10, 15, 10), (5, 35, 40, 25), (3, 60, 70, 45))
+_THUMBS = ((30, -10, 10, 10), (0, -35, 5, 10))
+_SPLAY = (0, -5, -8, -11)
 POSTURES: Array = np.radians(
     [
-        [25, -5, 10, 10] + [5, 10, 15, 10, 0, 10, 15, 10, -3, 10, 15, 10, -6, 10, 15, 10],
-        [15, -5, 20, 20] + [5, 35, 40, 25, 0, 35, 40, 25, -3, 35, 40, 25, -6, 35, 40, 25],
-        [15, -5, 30, 30] + [0, 60, 70, 45, 0, 60, 70, 45, 0, 60, 70, 45, 0, 60, 70, 45],
+        [*thumb, *(angle for splay in _SPLAY for angle in (curl[0] + splay, *curl[1:]))]
+        for curl in _CURLS
+        for thumb in _THUMBS
     ]
 )
-"""(3, 20) open, half closed, closed [rad]."""
+"""(6, 20) open, half closed, closed, each with the thumb forward and out [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
 class InitialisationConfig:
     """How many starts, and how far each is followed."""
 
-    turns: int = 12
+    turns: int = 10
     """Turns about the arm."""
-    coarse_iterations: int = 7
-    finalists: int = 5
+    coarse_iterations: int = 8
+    finalists: int = 6
     """Starts per side that are refined to the end."""
-    fine_iterations: int = 12
+    fine_iterations: int = 8
+    sweep_trials: int = 48
+    """Trial poses per finger of every finalist."""
+    sweep_spread: float = 0.4
+    """Standard deviation of local trials [rad]."""
     points: int = 256
     coarse_scale: float = 0.025
     """Outlier scale of the first refinement [m]."""
@@ -82,7 +90,8 @@ def region_evidence(
     near = np.linalg.norm(offset, axis=0) < 0.2
     least = np.percentile(direction @ (region.points - region.center[:, None]), 1)
     hand = skin & near & (np.tensordot(direction, offset, 1) > least)
-    unknown = (tile.depth <= 0.0) | (body & ~hand & near)
+    missing = cv2.medianBlur((tile.depth <= 0.0).astype(np.uint8), 3) > 0
+    unknown = missing | (body & ~hand & near)
     outside = cv2.distanceTransform(1 - (hand | unknown).astype(np.uint8), cv2.DIST_L2, 3)
     pixels = np.flatnonzero(hand)
     if len(pixels) > config.points:
@@ -98,7 +107,7 @@ def region_evidence(
         tile.step,
     )
     nothing = np.zeros(hand.shape, np.float32)
-    valid = (~unknown).astype(np.float32)
+    valid = (~unknown & (tile.depth > 0.0)).astype(np.float32)
     seen = Labelled(
         tile.depth, hand.astype(np.float32), nothing, valid, tile.u0, tile.v0, tile.step
     )
@@ -130,10 +139,13 @@ def candidates(
         values, rotations = _starts(region, model, config, rng)
         coarse = weights._replace(scale=np.float32(config.coarse_scale))
         _refine(arrays, evidence, coarse, values, rotations, config.coarse_iterations)
-        order = np.argsort([_cost(arrays, seen, v, r) for v, r in zip(values, rotations)])
+        order = np.argsort([_cost(arrays, seen, v, r) for v, r in zip(values, rotations, strict=True)])
         best = order[: config.finalists]
         values, rotations = values[best].copy(), rotations[best].copy()
         fine = weights._replace(scale=np.float32(config.fine_scale))
+        _refine(arrays, evidence, fine, values, rotations, config.fine_iterations)
+        for v, r in zip(values, rotations, strict=True):
+            _sweep(arrays, seen, v, r, config, int(rng.integers(1 << 30)))
         _refine(arrays, evidence, fine, values, rotations, config.fine_iterations)
         for v, r in zip(values, rotations, strict=True):
             found.append(Candidate(side, BodyState(v, r), _cost(arrays, seen, v, r)))
@@ -180,3 +192,18 @@ def _refine(
 
 def _cost(arrays: HandArrays, seen: Labelled, values: Single, rotations: Single) -> float:
     return float(rendered_cost(arrays, NO_OBJECTS, seen, values, rotations)[1])
+
+
+def _sweep(
+    arrays: HandArrays,
+    seen: Labelled,
+    values: Single,
+    rotations: Single,
+    config: InitialisationConfig,
+    seed: int,
+) -> None:
+    """Search every finger of one start in place."""
+    sweep_fingers(
+        arrays, NO_OBJECTS, seen, values, rotations, values.copy(), LIMITS.astype(np.float32),
+        config.sweep_trials, np.float32(0.0), np.float32(config.sweep_spread), seed,
+    )  # fmt: skip

@@ -134,7 +134,8 @@ def evidence_of(tile: Tile, pixels: Pixels, config: LabellingConfig) -> tuple[Ev
     hand = _cleaned(pixels.label == OF_HAND)
     thing = _cleaned(pixels.label >= OF_OBJECT)
     body = cv2.morphologyEx((hand | thing).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3)))
-    unknown = (tile.depth <= 0.0) | (pixels.label == OF_ARM)
+    # single dropouts on the background must not look like a place where a finger can hide
+    unknown = _cleaned(tile.depth <= 0.0) | (pixels.label == OF_ARM)
     inside = (body > 0) | unknown
     outside = cv2.distanceTransform(1 - inside.astype(np.uint8), cv2.DIST_L2, 3)
     points = pixels.points.reshape(3, -1)
@@ -151,7 +152,7 @@ def evidence_of(tile: Tile, pixels: Pixels, config: LabellingConfig) -> tuple[Ev
         tile.v0,
         tile.step,
     )
-    valid = (~unknown).astype(np.float32)
+    valid = (~unknown & (tile.depth > 0.0)).astype(np.float32)
     seen = Labelled(
         tile.depth,
         hand.astype(np.float32),

@@ -14,7 +14,13 @@ from intent_perception.sdf import SignedDistance
 from intent_tracking.appearance import BACKGROUND, FIRST_OBJECT, AppearanceModel, color_bins
 from intent_tracking.body_state import BodyState, start_state
 from intent_tracking.hand import HandModel, Side
-from intent_tracking.hand_detection import DetectionConfig, coarse_tile, find_hand, hand_pixels
+from intent_tracking.hand_detection import (
+    DetectionConfig,
+    background_pixels,
+    coarse_tile,
+    find_hand,
+    hand_pixels,
+)
 from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand
 from intent_tracking.initialisation import (
     Candidate,
@@ -327,9 +333,12 @@ class Tracker:
             self._appearance.learn(FIRST_OBJECT + k, bins[agrees])
 
     def _learn_background(self, frame: RgbdFrame) -> None:
-        """Learn the colours of the whole image: a hand is a small part of it at most."""
+        """Learn the colours of everything that may be taken for a hand but is none."""
         tile = coarse_tile(frame, self.config.detection.size // 2)
-        self._appearance.learn(BACKGROUND, color_bins(tile.color)[tile.depth > 0.0])
+        everything = list(range(len(self._packed.geometries)))
+        depth = self._scenery.drawn(everything, self._scenery.state, tile)
+        other = background_pixels(tile, depth, self._table, self.config.detection)
+        self._appearance.learn(BACKGROUND, color_bins(tile.color)[other])
 
     def _result(self, frame: RgbdFrame, visible: bool) -> SceneState:
         assert self._objects is not None
