@@ -28,24 +28,19 @@ class Evidence:
     """(N, 5) left, top, width, height, first index in values."""
     counts: Floats
     """(N, COUNTS) of `explain`."""
-
-    def quality(self) -> Floats:
-        """Return (N,) which share of what can be judged speaks for the hypothesis, 0..1."""
-        judged = self.counts[:, MATCH] + self.counts[:, DISAGREE] + self.counts[:, FRONT]
-        quality: Floats = self.counts[:, MATCH] / np.maximum(judged, 1.0)
-        return quality
+    factors: Floats
+    """(N,) by which else the hypotheses are weighted: contour, table."""
 
 
-@dataclass(frozen=True, eq=False)
-class Selection:
-    """Hypotheses that stand together."""
+def quality_of(counts: Floats) -> Floats:
+    """Return which share of what can be judged speaks for each hypothesis, 0..1.
 
-    chosen: NDArray[np.int64]
-    """(K,) their indices."""
-    new: Floats
-    """(K,) pixels that each explains and no other chosen one does."""
-    explained: Floats
-    """(H, W) best evidence for each pixel."""
+    Args:
+        counts: (N, COUNTS) of `explain`.
+    """
+    judged = counts[:, MATCH] + counts[:, DISAGREE] + counts[:, FRONT]
+    quality: Floats = counts[:, MATCH] / np.maximum(judged, 1.0)
+    return quality
 
 
 def select(
@@ -54,20 +49,20 @@ def select(
     least_pixels: float,
     least_quality: float,
     least_new: float,
-) -> Selection:
-    """Return the hypotheses that remain when conflicts are removed.
+) -> NDArray[np.int64]:
+    """Return the indices (K,) of the hypotheses that remain when conflicts are removed.
 
     Args:
         evidence: of all hypotheses.
         shape: (H, W) of the image.
         least_pixels: new pixels a hypothesis must explain.
-        least_quality: see `Evidence.quality`.
+        least_quality: see `quality_of`.
         least_new: share of its matching pixels that must be new.
     """
-    quality = evidence.quality()
+    quality = quality_of(evidence.counts)
     match = evidence.counts[:, MATCH]
     usable = (quality >= least_quality) & (match >= least_pixels)
-    weight = np.where(usable, quality**_QUALITY_POWER, 0.0)
+    weight = np.where(usable, quality**_QUALITY_POWER * evidence.factors, 0.0)
     chosen: list[int] = []
 
     def best() -> int | None:
@@ -90,13 +85,7 @@ def select(
                 chosen.append(winner)
         if sorted(chosen) == before:
             break
-    order = np.array(chosen, np.int64)
-    new = np.zeros(len(order), np.float32)
-    for k, index in enumerate(order):
-        others = np.delete(order, k)
-        explained = explained_by(evidence.values, evidence.windows, others, shape)
-        new[k] = gains(evidence.values, evidence.windows, explained)[0][index]
-    return Selection(order, new, explained_by(evidence.values, evidence.windows, order, shape))
+    return np.array(chosen, np.int64)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)

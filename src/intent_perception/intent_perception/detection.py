@@ -5,21 +5,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.alignment import align
 from intent_perception.camera import RgbdFrame
-from intent_perception.conflict import Evidence, Selection, select
-from intent_perception.explanation import COUNTS, DRAWN, MATCH, draw, explain, settle
+from intent_perception.candidates import Drafter
+from intent_perception.confidence import confidence, features_of
+from intent_perception.conflict import Evidence, explained_by, gains, quality_of, select
+from intent_perception.explanation import DRAWN, MATCH
 from intent_perception.geometry import Array
 from intent_perception.hypotheses import Slots, sample_pairs
 from intent_perception.model_library import ModelLibrary
 from intent_perception.oriented_image import OrientedImage, orient
+from intent_perception.scene_view import SceneView
 from intent_perception.segmentation import Segmentation, segment
 from intent_perception.table import TablePlane, find_table
 from intent_perception.table_prior import sample_resting
-from intent_perception.verification import support_of_all
 
 Floats = NDArray[np.float32]
 
+_COARSE = 1.7  # the first stage allows for the error of a single pair
 _SLOTS = 3  # poses kept of each model in each image cell
 
 
@@ -49,8 +51,6 @@ class DetectorConfig:
     """Resting model points tried for each of them."""
     refined_per_model: int = 48
     """Hypotheses of each model that are refined on their points."""
-    drawn: int = 160
-    """Hypotheses that are drawn and held against the depth image."""
     tolerance: float = 0.006
     """Depth difference of a match at 1 m [m]."""
     least_pixels: float = 80.0
@@ -125,201 +125,96 @@ class Detector:
         """
         config = self.config
         rng = np.random.default_rng(config.seed)
-        parts = segment(image, table, allowed)
-        models, poses, hypotheses = self._hypotheses(image, parts, rng)
-        models, poses = self._refined(image, parts, models, poses)
-        evidence, poses = self._drawn(image, parts, models, poses)
-        chosen = select(evidence, image.depth.shape, config.least_pixels, config.least_quality, 0.5)
-        detections = self._detections(image, parts, models, poses, evidence, chosen)
-        return Findings(detections, image, parts, hypotheses)
+        scene = SceneView.of(image, segment(image, table, allowed))
+        slots, hypotheses = self._hypotheses(scene, rng)
+        drafter = Drafter(self.library, scene, config.tolerance)
+        models, poses = drafter.aligned(*slots.best(config.refined_per_model))
+        evidence = drafter.evidence(models, poses)
+        chosen = select(evidence, scene.shape, config.least_pixels, config.least_quality, 0.5)
+        found = [
+            self._detection(scene, drafter, models, poses, evidence, chosen, k)
+            for k in range(len(chosen))
+        ]
+        ranked = sorted(found, key=lambda detection: -detection.confidence)
+        return Findings(tuple(ranked), image, scene.parts, hypotheses)
 
-    def _hypotheses(
-        self, image: OrientedImage, parts: Segmentation, rng: np.random.Generator
-    ) -> tuple[NDArray[np.int64], Floats, int]:
+    def _hypotheses(self, scene: SceneView, rng: np.random.Generator) -> tuple[Slots, int]:
         library, config = self.library, self.config
-        height, width = image.depth.shape
-        slots = Slots.empty(len(library), height, width, _SLOTS)
-        pixels = np.argwhere(parts.mask == 1).astype(np.int64)
+        slots = Slots.empty(len(library), *scene.shape, _SLOTS)
+        pixels = np.argwhere(scene.parts.mask == 1).astype(np.int64)
         if len(pixels) < config.least_pixels:
-            return np.zeros(0, np.int64), np.zeros((0, 12), np.float32), 0
-        points, intrinsics = image.points(), _intrinsics(image)
-        tolerance = config.tolerance * 1.7
+            return slots, 0
+        tolerance = config.tolerance * _COARSE
+        models = (library.points, library.normals, library.offsets, library.coarse, library.axes)
+        kept = (slots.columns, slots.score, slots.pose)
         made = 0
-        if parts.table is not None and not config.hash_only:
-            spread = rng.choice(len(pixels), min(config.resting_points, len(pixels)), replace=False)
+        if scene.parts.table is not None and not config.hash_only:
+            some = rng.choice(len(pixels), min(config.resting_points, len(pixels)), replace=False)
             made += sample_resting(
                 config.resting_lookups,
                 rng,
-                pixels[np.sort(spread)],
-                points,
-                image.smooth,
-                image.normals,
-                parts.mask,
-                intrinsics,
-                parts.table.T_table_camera().astype(np.float32),
+                pixels[np.sort(some)],
+                scene.points,
+                *scene.surface,
+                scene.parts.table.T_table_camera().astype(np.float32),
                 library.resting.starts,
                 library.resting.entries,
                 library.resting.poses,
-                library.points,
-                library.normals,
-                library.offsets,
-                library.coarse,
-                library.axes,
+                *models,
                 tolerance,
-                slots.columns,
-                slots.score,
-                slots.pose,
+                *kept,
             )
         made += sample_pairs(
             config.pair_iterations,
             config.pair_lookups,
             rng,
             pixels,
-            points,
-            image.smooth,
-            image.normals,
-            parts.mask,
-            intrinsics,
+            scene.points,
+            *scene.surface,
             library.pairs.distances,
             library.pairs.tolerance,
             library.pairs.starts,
             library.pairs.entries,
-            library.points,
-            library.normals,
-            library.offsets,
-            library.coarse,
-            library.axes,
-            _plane(parts.table),
+            *models,
+            scene.plane,
             tolerance,
-            slots.columns,
-            slots.score,
-            slots.pose,
+            *kept,
         )
-        models, _, poses = slots.best(config.refined_per_model)
-        return models, poses, made
+        return slots, int(made)
 
-    def _refined(
+    def _detection(
         self,
-        image: OrientedImage,
-        parts: Segmentation,
-        models: NDArray[np.int64],
-        poses: Floats,
-    ) -> tuple[NDArray[np.int64], Floats]:
-        library, config = self.library, self.config
-        surface = (library.points, library.normals, library.offsets)
-        scene = (image.smooth, image.normals, parts.mask, _intrinsics(image))
-        steps = np.array([0.016, 0.012, 0.010, 0.008, 0.008], np.float32)
-        align(poses, models, *surface, 160, *scene, steps)
-        result = support_of_all(poses, models, *surface, *scene, config.tolerance, 0.6)
-        worth = result[:, 0]
-        # every model keeps a share, the rest goes to the best of all
-        order = np.argsort(-worth, kind="stable")
-        rank = np.zeros(len(models), np.int64)
-        for number in range(len(library)):
-            mine = order[models[order] == number]
-            rank[mine] = np.arange(len(mine))
-        quota = max(2, config.drawn // (2 * len(library)))
-        first = order[(rank[order] < quota) & (worth[order] > 0.25)]
-        rest = order[(rank[order] >= quota) & (worth[order] > 0.25)]
-        kept = np.concatenate([first, rest])[: config.drawn]
-        return models[kept], poses[kept]
-
-    def _drawn(
-        self,
-        image: OrientedImage,
-        parts: Segmentation,
-        models: NDArray[np.int64],
-        poses: Floats,
-    ) -> tuple[Evidence, Floats]:
-        library = self.library
-        intrinsics = _intrinsics(image)
-        steps = np.array([0.010, 0.007, 0.005], np.float32)
-        values, windows, counts, start = [], [], [], 0
-        for number, pose in zip(models, poses, strict=True):
-            mesh = (library.vertices[number], library.faces[number])
-            settle(pose, *mesh, image.smooth, image.normals, parts.mask, intrinsics, steps, 2)
-            value, window, count = self._evidence(image, parts, number, pose)
-            values.append(value.ravel())
-            windows.append((*window, value.shape[1], value.shape[0], start))
-            counts.append(count)
-            start += value.size
-        evidence = Evidence(
-            np.concatenate([*values, np.zeros(0, np.float32)]),
-            np.array(windows, np.int64).reshape(-1, 5),
-            np.array(counts, np.float32).reshape(-1, COUNTS),
-        )
-        return evidence, poses
-
-    def _evidence(
-        self, image: OrientedImage, parts: Segmentation, number: int, pose: Floats
-    ) -> tuple[Floats, tuple[int, int], Floats]:
-        intrinsics = _intrinsics(image)
-        left, top, drawn = draw(
-            pose,
-            self.library.vertices[number],
-            self.library.faces[number],
-            intrinsics,
-            *image.depth.shape,
-        )
-        value, count = explain(
-            left,
-            top,
-            drawn,
-            image.depth,
-            image.smooth,
-            image.normals,
-            parts.mask,
-            intrinsics,
-            self.config.tolerance,
-        )
-        return value, (left, top), count
-
-    def _detections(
-        self,
-        image: OrientedImage,
-        parts: Segmentation,
+        scene: SceneView,
+        drafter: Drafter,
         models: NDArray[np.int64],
         poses: Floats,
         evidence: Evidence,
-        selection: Selection,
-    ) -> tuple[Detection, ...]:
-        steps = np.array([0.006, 0.005, 0.004, 0.004], np.float32)
-        found = []
-        quality = evidence.quality()
-        for index, new in zip(selection.chosen, selection.new, strict=True):
-            number, pose = int(models[index]), poses[index].copy()
-            settle(
-                pose,
-                self.library.vertices[number],
-                self.library.faces[number],
-                image.depth,
-                image.normals,
-                parts.mask,
-                _intrinsics(image),
-                steps,
-                1,
-            )
-            counts = evidence.counts[index]
-            visible = float(counts[MATCH] / max(counts[DRAWN], 1.0))
-            features = np.array([quality[index], visible, new, counts[MATCH]], np.float32)
-            found.append(
-                Detection(
-                    number,
-                    self.library.object_pose(number, pose),
-                    float(quality[index]),
-                    visible,
-                    features,
-                )
-            )
-        return tuple(sorted(found, key=lambda d: -d.confidence))
-
-
-def _intrinsics(image: OrientedImage) -> Floats:
-    camera = image.camera
-    return np.array([camera.fx, camera.fy, camera.cx, camera.cy], np.float32)
-
-
-def _plane(table: TablePlane | None) -> Floats:
-    if table is None:
-        return np.zeros(4, np.float32)
-    return np.array([*table.normal, table.offset], np.float32)
+        chosen: NDArray[np.int64],
+        k: int,
+    ) -> Detection:
+        """Return the k-th chosen hypothesis, turned, refined and with its confidence."""
+        model = int(models[chosen[k]])
+        explained = explained_by(
+            evidence.values, evidence.windows, np.delete(chosen, k), scene.shape
+        )
+        pose, alike = drafter.best_turn(model, poses[chosen[k]].copy(), explained)
+        drafter.settle(model, pose, final=True)
+        drawing = drafter.drawing(model, pose)
+        new, against = gains(evidence.values, evidence.windows, explained)
+        rivals = (new - against) * quality_of(evidence.counts) ** 3 * evidence.factors
+        rival = float(np.max(rivals, where=models != model, initial=0.0))
+        features = features_of(
+            drawing,
+            drawing.contour(scene, explained, self.config.tolerance),
+            drafter.lowest(model, pose),
+            alike,
+            drawing.worth(explained),
+            rival / max(float(rivals[chosen[k]]), 1.0),
+        )
+        return Detection(
+            model,
+            self.library.object_pose(model, pose),
+            confidence(features),
+            float(drawing.counts[MATCH] / max(drawing.counts[DRAWN], 1.0)),
+            features,
+        )

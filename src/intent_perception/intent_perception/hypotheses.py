@@ -42,17 +42,16 @@ class Slots:
         score = np.full((models, cells, depth), -1.0, np.float32)
         return cls(score, np.zeros((models, cells, depth, 12), np.float32), columns)
 
-    def best(self, per_model: int) -> tuple[NDArray[np.int64], Floats, Floats]:
-        """Return model (N,), score (N,) and pose (N, 12) of the best slots of every model."""
-        models, scores, poses = [], [], []
+    def best(self, per_model: int) -> tuple[NDArray[np.int64], Floats]:
+        """Return model (N,) and pose (N, 12) of the best slots of every model."""
+        models, poses = [], []
         for number in range(len(self.score)):
             score = self.score[number].ravel()
             order = np.argsort(-score, kind="stable")[:per_model]
             order = order[score[order] > 0.0]
             models.append(np.full(len(order), number, np.int64))
-            scores.append(score[order])
             poses.append(self.pose[number].reshape(-1, 12)[order])
-        return np.concatenate(models), np.concatenate(scores), np.concatenate(poses)
+        return np.concatenate(models), np.concatenate(poses)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.alternatives import spin_axis, turns
 from intent_perception.geometry import Array, make_pose
 from intent_perception.model import ObjectModel
 from intent_perception.model_surface import surface_of
@@ -44,10 +45,16 @@ class ModelLibrary:
     """(P, 3) oriented points of all models [m], and their normals."""
     normals: Floats
     """(P, 3)."""
+    point_areas: Floats
+    """(M,) area of the surface that one of a model's points stands for [m^2]."""
     offsets: NDArray[np.int64]
     """(M + 1,) where each model's points begin."""
     coarse: NDArray[np.int64]
     """(M,) how many of a model's points the coarse stage uses."""
+    spin_points: Floats
+    """(M, 3) a point of the axis about which each model is nearest to a surface of revolution."""
+    turns: tuple[Floats, ...]
+    """M times (K, 3, 3) turns that may look alike, see `alternatives`."""
     vertices: tuple[Floats, ...]
     """M times (V, 3) mesh vertices [m]."""
     faces: tuple[NDArray[np.int32], ...]
@@ -87,6 +94,7 @@ class ModelLibrary:
         poses = [
             (m.stable_poses @ make_pose(np.eye(3), m.center)).astype(np.float32) for m in chosen
         ]
+        spins = [spin_axis(p, s.normals) for p, s in zip(points, surfaces, strict=True)]
         return cls(
             models=chosen,
             centers=centers,
@@ -95,8 +103,17 @@ class ModelLibrary:
             colors=np.array([m.color for m in chosen], np.float32),
             points=all_points,
             normals=all_normals,
+            point_areas=np.array(
+                [m.mesh.areas.sum() / len(p) for m, p in zip(chosen, points, strict=True)],
+                np.float32,
+            ),
             offsets=offsets,
             coarse=np.minimum(COARSE_POINTS, np.diff(offsets)),
+            spin_points=np.array([point for point, _ in spins], np.float32),
+            turns=tuple(
+                turns(direction, not axis.any())
+                for (_, direction), axis in zip(spins, axes, strict=True)
+            ),
             vertices=tuple((m.mesh.vertices - m.center).astype(np.float32) for m in chosen),
             faces=tuple(m.mesh.faces for m in chosen),
             pairs=pairs,

@@ -1,0 +1,186 @@
+"""Hypotheses worth drawing: held against the depth image pixel by pixel, after refinement."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_perception.alignment import align
+from intent_perception.alternatives import turned, worth_of, worth_of_turns
+from intent_perception.conflict import Evidence
+from intent_perception.contour import contour
+from intent_perception.explanation import COUNTS, draw, explain, settle
+from intent_perception.model_library import ModelLibrary
+from intent_perception.scene_view import SceneView
+from intent_perception.verification import support_of_all
+
+Floats = NDArray[np.float32]
+
+_ALIGNMENT = np.array([0.016, 0.012, 0.010, 0.008, 0.008], np.float32)
+_STEPS = np.array([0.010, 0.007, 0.005], np.float32)  # largest residuals of the refinements [m]
+_FINAL_STEPS = np.array([0.006, 0.005, 0.004, 0.004], np.float32)
+_ALIGNED_POINTS = 160
+_TURNS_REFINED = 3
+_LEAST_SCORE = 0.25
+_REGION = 48  # edge of the image regions between which the drawing is shared out [pixel]
+_PER_REGION = 36
+_PER_MODEL = 3  # in one region
+_BELOW = 0.010  # an object that reaches further into the table is hardly there [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """One model at one pose, drawn and compared with the scene."""
+
+    left: int
+    """Column of the window's first pixel."""
+    top: int
+    """Row of the window's first pixel."""
+    depth: Floats
+    """(h, w) of the model."""
+    evidence: Floats
+    """(h, w), see `explain`."""
+    counts: Floats
+    """(COUNTS,)."""
+
+    def worth(self, explained: Floats) -> float:
+        """Return what it adds to what is explained (H, W), less what is against it [pixel]."""
+        return float(worth_of(self.evidence, self.left, self.top, explained))
+
+    def contour(self, scene: SceneView, explained: Floats, tolerance: float) -> tuple[int, int]:
+        """Return on how many contour pixels the scene ends, and on how many it goes on."""
+        image = scene.image
+        ends, goes_on = contour(
+            self.left,
+            self.top,
+            self.depth,
+            image.depth,
+            image.smooth,
+            scene.parts.mask,
+            explained,
+            tolerance,
+        )
+        return int(ends), int(goes_on)
+
+
+class Drafter:
+    """Draws the models of a library into a scene."""
+
+    def __init__(self, library: ModelLibrary, scene: SceneView, tolerance: float) -> None:
+        self._library = library
+        self._scene = scene
+        self._tolerance = tolerance
+
+    def drawing(self, model: int, pose: Floats) -> Drawing:
+        """Return a model drawn at a pose (12,)."""
+        scene, library = self._scene, self._library
+        left, top, depth = draw(
+            pose, library.vertices[model], library.faces[model], scene.intrinsics, *scene.shape
+        )
+        evidence, counts = explain(
+            left, top, depth, scene.image.depth, *scene.surface, self._tolerance
+        )
+        return Drawing(left, top, depth, evidence, counts)
+
+    def settle(self, model: int, pose: Floats, final: bool) -> None:
+        """Refine a pose (12,) in place; the final time on all pixels as they were measured."""
+        mesh = (self._library.vertices[model], self._library.faces[model])
+        if final:
+            settle(pose, *mesh, *self._scene.measured, _FINAL_STEPS, 1)
+        else:
+            settle(pose, *mesh, *self._scene.surface, _STEPS, 2)
+
+    def aligned(self, models: NDArray[np.int64], poses: Floats) -> tuple[NDArray[np.int64], Floats]:
+        """Return the hypotheses worth drawing, aligned to the scene, best first in each region."""
+        library, scene = self._library, self._scene
+        surface = (library.points, library.normals, library.offsets)
+        align(poses, models, *surface, _ALIGNED_POINTS, *scene.surface, _ALIGNMENT)
+        score, match = support_of_all(
+            poses, models, *surface, *scene.surface, self._tolerance, 0.6
+        ).T
+        # both a well matching and a large match count
+        worth = score * np.sqrt(match * library.point_areas[models])
+        column = scene.intrinsics[0] * poses[:, 9] / poses[:, 11] + scene.intrinsics[2]
+        row = scene.intrinsics[1] * poses[:, 10] / poses[:, 11] + scene.intrinsics[3]
+        region = (row / _REGION).astype(np.int64) * 1000 + (column / _REGION).astype(np.int64)
+        taken: dict[int, int] = {}
+        taken_of: dict[tuple[int, int], int] = {}
+        kept = []
+        for k in np.argsort(-worth, kind="stable"):
+            place, own = int(region[k]), (int(region[k]), int(models[k]))
+            if score[k] < _LEAST_SCORE or taken.get(place, 0) >= _PER_REGION:
+                continue
+            if taken_of.get(own, 0) >= _PER_MODEL:
+                continue
+            taken[place] = taken.get(place, 0) + 1
+            taken_of[own] = taken_of.get(own, 0) + 1
+            kept.append(k)
+        return models[kept], poses[kept]
+
+    def evidence(self, models: NDArray[np.int64], poses: Floats) -> Evidence:
+        """Return the evidence of hypotheses; their poses (N, 12) are refined in place."""
+        values, windows, counts, factors = [np.zeros(0, np.float32)], [], [], []
+        nothing = np.zeros(self._scene.shape, np.float32)
+        start = 0
+        for model, pose in zip(models, poses, strict=True):
+            self.settle(int(model), pose, final=False)
+            drawing = self.drawing(int(model), pose)
+            height, width = drawing.evidence.shape
+            values.append(drawing.evidence.ravel())
+            windows.append((drawing.left, drawing.top, width, height, start))
+            counts.append(drawing.counts)
+            ends, goes_on = drawing.contour(self._scene, nothing, self._tolerance)
+            factor = (ends + 5.0) / (ends + goes_on + 5.0)
+            if self.lowest(int(model), pose) < -_BELOW:
+                factor *= 0.5
+            factors.append(factor**2)
+            start += drawing.evidence.size
+        return Evidence(
+            np.concatenate(values),
+            np.array(windows, np.int64).reshape(-1, 5),
+            np.array(counts, np.float32).reshape(-1, COUNTS),
+            np.array(factors, np.float32),
+        )
+
+    def lowest(self, model: int, pose: Floats) -> float:
+        """Return the height above the table of the model's lowest point [m], 0 without a table."""
+        plane = self._scene.plane
+        along = plane[:3] @ pose[:9].reshape(3, 3)
+        height = self._library.vertices[model] @ along
+        return float(height.min() + plane[:3] @ pose[9:] + plane[3])
+
+    def best_turn(self, model: int, pose: Floats, explained: Floats) -> tuple[Floats, float]:
+        """Return the pose or one of its turns that explains more, and how many turns look alike.
+
+        Args:
+            model: number of the model.
+            pose: (12,).
+            explained: (H, W) evidence of the other objects.
+
+        Returns:
+            The pose (12,), and the share of the turns that explain almost as much as the best.
+        """
+        library, scene = self._library, self._scene
+        rotations, about = library.turns[model], library.spin_points[model]
+        worth = worth_of_turns(
+            pose,
+            rotations,
+            about,
+            library.vertices[model],
+            library.faces[model],
+            scene.image.depth,
+            *scene.surface,
+            self._tolerance,
+            explained,
+        )
+        best, best_worth = pose, self.drawing(model, pose).worth(explained)
+        alike = float(np.mean(worth > 0.98 * max(best_worth, float(worth.max()))))
+        for k in np.argsort(-worth, kind="stable")[:_TURNS_REFINED]:
+            if worth[k] < 0.7 * best_worth:
+                break
+            other = turned(pose, rotations[k], about)
+            self.settle(model, other, final=False)
+            gained = self.drawing(model, other).worth(explained)
+            if gained > best_worth:
+                best, best_worth = other, gained
+        return best, alike

@@ -1,0 +1,68 @@
+"""How sure is it? The probability that a detection is right, from what speaks for it."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_perception.conflict import quality_of
+from intent_perception.explanation import (
+    DRAWN,
+    FRONT,
+    HIDDEN,
+    MATCH,
+    RESIDUAL,
+    TABLE,
+    UNKNOWN,
+)
+
+if TYPE_CHECKING:
+    from intent_perception.candidates import Drawing
+
+Floats = NDArray[np.float32]
+
+
+def features_of(
+    drawing: "Drawing",
+    contour: tuple[int, int],
+    lowest: float,
+    alike: float,
+    worth: float,
+    rival: float,
+) -> Floats:
+    """Return what the confidence is computed from (10,).
+
+    Args:
+        drawing: the object in the scene.
+        contour: pixels where the scene ends with the object, and where it goes on.
+        lowest: height of the lowest point above the table [m].
+        alike: share of the turns that look alike.
+        worth: what the object newly explains [pixel].
+        rival: what the best other model would explain, relative to this one.
+    """
+    counts = drawing.counts
+    ends, goes_on = contour
+    drawn, match = max(float(counts[DRAWN]), 1.0), max(float(counts[MATCH]), 1.0)
+    return np.array(
+        [
+            quality_of(counts[None])[0],
+            min(goes_on / (ends + goes_on + 5.0), 0.4),
+            counts[HIDDEN] / drawn,
+            counts[FRONT] / drawn,
+            counts[TABLE] / drawn,
+            counts[UNKNOWN] / drawn,
+            min(abs(lowest), 0.02) * 50.0,
+            np.log(max(worth, 20.0) / 100.0),
+            min(max(worth, 0.0) / match, 1.0),
+            alike,
+            min(rival, 1.2),
+            counts[RESIDUAL] / match * 1000.0,
+            min(ends, 100) / 100.0,
+        ],
+        np.float32,
+    )
+
+
+def confidence(features: Floats) -> float:
+    """Return the probability that a detection with these features is right."""
+    return float(features[0] * (1 - features[1]) ** 2)
