@@ -58,7 +58,7 @@ def main() -> None:
     schunk = schunk_hand()
     open_hand = np.zeros(len(schunk.joint_names))
     images = [
-        frame_picture(human, relaxed, _SKIN, np.array([-0.08, -0.30, 0.46])),
+        frame_picture(human, relaxed, _SKIN, np.array([0.26, -0.22, 0.38])),
         frame_picture(schunk, open_hand, _STEEL, np.array([0.50, -0.38, 0.12])),
     ]
     write_image(parser.parse_args().out, np.hstack(images))
