@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from intent_perception.camera import RgbdFrame
 from intent_perception.geometry import Array
@@ -12,7 +11,14 @@ from intent_tracking.appearance import HAND, AppearanceModel
 from intent_tracking.body_state import BodyState, predicted
 from intent_tracking.finger_sweep import sweep_fingers
 from intent_tracking.hand import LIMITS, HandModel
-from intent_tracking.hand_kernel import HandArrays, Single, hand_arrays, hand_buffers, place_hand
+from intent_tracking.hand_kernel import (
+    HandArrays,
+    Single,
+    hand_arrays,
+    hand_buffers,
+    place_hand,
+    turn,
+)
 from intent_tracking.labelling import (
     OF_HAND,
     OF_OBJECT,
@@ -24,9 +30,11 @@ from intent_tracking.labelling import (
 )
 from intent_tracking.normal_equations import Evidence, Prior, Weights
 from intent_tracking.object_kernel import ObjectArrays, ObjectGeometry, object_arrays
-from intent_tracking.objective import Labelled, draw_objects, rendered_cost
+from intent_tracking.objective import Labelled, draw_objects, forth_costs, rendered_cost
+from intent_tracking.pso import minimise
 from intent_tracking.raster import FAR
 from intent_tracking.refinement import refine
+from intent_tracking.scene import HAND_SIZE
 from intent_tracking.tile import Tile, covering_square, cut_tile
 
 SINGLE_LIMITS = np.ascontiguousarray(LIMITS, dtype=np.float32)
@@ -52,6 +60,19 @@ class TrackConfig:
     """Standard deviation of local trials [rad]."""
     sweep_pull: float = 4.0
     """Weight of the prediction in the sweep [pixels / rad^2]."""
+    swarm_particles: int = 32
+    """Particles of the swarm, 0 = no swarm."""
+    swarm_generations: int = 10
+    swarm_size: int = 64
+    """Side of the tile on which the swarm is rated [pixels]."""
+    swarm_cost: float = 0.22
+    """Cost per hand pixel above which the swarm looks for another basin."""
+    swarm_place: float = 0.012
+    """Spread of the swarm's hand positions [m]."""
+    swarm_turn: float = 0.2
+    """Spread of its hand rotations [rad]."""
+    swarm_angle: float = 0.25
+    """Spread of its joint angles [rad]."""
     scale: float = 0.008
     """Residual beyond which a point counts as an outlier [m]."""
     weight_silhouette: float = 1.0
@@ -63,6 +84,12 @@ class TrackConfig:
     weight_synergy: float = 5e-4
     weight_hand_place: float = 0.0
     labelling: LabellingConfig = field(default_factory=LabellingConfig)
+
+    @property
+    def swarm_spread(self) -> Single:
+        """(26,) spread of the swarm's hand states."""
+        spread = [self.swarm_place] * 3 + [self.swarm_turn] * 3 + [self.swarm_angle] * 20
+        return np.array(spread, dtype=np.float32)
 
     @property
     def weights(self) -> Weights:
@@ -110,6 +137,8 @@ class Fit:
     """(D, D) normal matrix (lower triangle) in the order of the state."""
     cost: float
     """C per hand pixel, see `objective`."""
+    total: float
+    """C plus penetration, what decides between fits of one view."""
 
 
 class PackedObjects:
@@ -180,31 +209,68 @@ class SceneTrack:
         pixels = label_pixels(tile, bodies, appearance, rest_depth, table, self.config.labelling)
         return View(tile, pixels, *evidence_of(tile, pixels, self.config.labelling))
 
-    def fit(self, view: View, guess: BodyState, active: list[int], ties: Ties, seed: int) -> Fit:
+    def fit(
+        self, view: View, guess: BodyState, active: list[int], ties: Ties, seed: int
+    ) -> Fit:
         """Return the best state of hand and active objects near a guess."""
-        config, objects = self.config, self.objects(active)
+        config = self.config
         start = guess.chosen(active)
-        weights = config.weights
         prior = Prior(start.values, start.rotations, SINGLE_LIMITS, *ties)
-        best, normal = self._refined(start, view, prior, weights, objects, config.iterations)
-        cost, per_pixel = self._rendered(best, view, objects)
-        if config.sweep_trials > 0:
-            swept = best.copy()
-            sweep_fingers(
-                self.arrays, objects, view.seen, swept.values, swept.rotations, prior.state,
-                SINGLE_LIMITS, config.sweep_trials, np.float32(config.sweep_pull),
-                np.float32(config.sweep_spread), seed,
-            )  # fmt: skip
-            if not np.array_equal(swept.values, best.values):
-                prior = prior._replace(state=swept.values.copy(), rotations=swept.rotations.copy())
-                polished, polished_normal = self._refined(
-                    swept, view, prior, weights, objects, config.polish_iterations
-                )
-                for candidate, matrix in ((polished, polished_normal), (swept, normal)):
-                    candidate_cost, share = self._rendered(candidate, view, objects)
-                    if candidate_cost < cost:
-                        best, normal, cost, per_pixel = candidate, matrix, candidate_cost, share
-        return Fit(best, normal, per_pixel)
+        best = self._descended(start, view, prior, active, seed)
+        if config.swarm_particles and best.cost > config.swarm_cost:
+            rng = np.random.default_rng([seed, 7])
+            found = self._swarmed(best.state, view, active, rng)
+            rival = self._descended(found, view, prior, active, seed + 1)
+            best = min(best, rival, key=lambda fit: fit.total)
+        return best
+
+    def _descended(
+        self, start: BodyState, view: View, prior: Prior, active: list[int], seed: int
+    ) -> Fit:
+        """Return a start refined on points, swept finger by finger, and refined again."""
+        config, objects = self.config, self.objects(active)
+        best = self._refined(start, view, prior, objects, config.iterations)
+        if config.sweep_trials == 0:
+            return best
+        swept = best.state.copy()
+        sweep_fingers(
+            self.arrays, objects, view.seen, swept.values, swept.rotations, prior.state,
+            SINGLE_LIMITS, config.sweep_trials, np.float32(config.sweep_pull),
+            np.float32(config.sweep_spread), seed,
+        )  # fmt: skip
+        if np.array_equal(swept.values, best.state.values):
+            return best
+        prior = prior._replace(state=swept.values.copy(), rotations=swept.rotations.copy())
+        polished = self._refined(swept, view, prior, objects, config.polish_iterations)
+        total, cost = self._rendered(swept, view, objects)
+        return min(best, polished, Fit(swept, best.normal, cost, total), key=lambda fit: fit.total)
+
+    def _swarmed(
+        self, start: BodyState, view: View, active: list[int], rng: np.random.Generator
+    ) -> BodyState:
+        """Return the best of a particle swarm on the published cost around a start."""
+        config, objects = self.config, self.objects(active)
+        seen = coarser(view.seen, config.swarm_size)
+        costs = np.zeros(config.swarm_particles, np.float32)
+
+        def cost(states: Single) -> Single:
+            forth_costs(
+                self.arrays, objects, seen, states, start.rotations, 0, len(states), False, costs
+            )
+            return costs.copy()
+
+        spread = np.zeros(len(start.values), np.float32)
+        spread[:HAND_SIZE] = config.swarm_spread
+        bounds = np.stack([start.values - 10.0, start.values + 10.0], axis=1)
+        bounds[6:HAND_SIZE] = SINGLE_LIMITS
+        swarm = minimise(
+            cost, start.values, spread, bounds, config.swarm_particles,
+            config.swarm_generations, rng,
+        )  # fmt: skip
+        found = BodyState(swarm.best.copy(), start.rotations.copy())
+        turn(*swarm.best[3:6], start.rotations[0], found.rotations[0])
+        found.values[3:6] = 0.0
+        return found
 
     def accept(self, guess: BodyState, active: list[int], fit: Fit) -> None:
         """Make a fit the present state."""
@@ -233,27 +299,25 @@ class SceneTrack:
         return depth
 
     def _refined(
-        self,
-        start: BodyState,
-        view: View,
-        prior: Prior,
-        weights: Weights,
-        objects: ObjectArrays,
-        iterations: int,
-    ) -> tuple[BodyState, Single]:
+        self, start: BodyState, view: View, prior: Prior, objects: ObjectArrays, iterations: int
+    ) -> Fit:
         values, rotations = start.values[None].copy(), start.rotations[None].copy()
         costs = np.zeros(1, np.float32)
         normals = np.zeros((1, len(start.values), len(start.values)), np.float32)
         refine(
-            self.arrays, objects, view.evidence, weights, prior, values, rotations, iterations,
-            costs, normals,
+            self.arrays, objects, view.evidence, self.config.weights, prior, values, rotations,
+            iterations, costs, normals,
         )  # fmt: skip
-        return BodyState(values[0], rotations[0]), normals[0]
+        state = BodyState(values[0], rotations[0])
+        total, cost = self._rendered(state, view, objects)
+        return Fit(state, normals[0], cost, total)
 
     def _rendered(self, state: BodyState, view: View, objects: ObjectArrays) -> tuple[float, float]:
         return rendered_cost(self.arrays, objects, view.seen, state.values, state.rotations)
 
 
-def labelled_share(pixels: Pixels) -> NDArray[np.int64]:
-    """Return the number of pixels of the hand and of all active objects, (2,)."""
-    return np.array([(pixels.label == OF_HAND).sum(), (pixels.label >= OF_OBJECT).sum()])
+def coarser(seen: Labelled, size: int) -> Labelled:
+    """Return a labelled tile of fewer pixels: every n-th row and column."""
+    stride = len(seen.depth) // size
+    images = (np.ascontiguousarray(image[::stride, ::stride]) for image in seen[:4])
+    return Labelled(*images, seen.u0, seen.v0, np.float32(seen.step * stride))
