@@ -1,0 +1,130 @@
+"""Practise grasps of objects at rest on the table: hypotheses, static filter, shake test.
+
+python -m intent_imitation.practise --archive FOLDER [--hand schunk] [--objects NAME,…] [--seed S]
+
+Writes one archive per object, as `python -m intent_inference.simulate` does, and a table of their
+features and labels (`tabletop.csv.gz`) for training and for judging; the library is then built from
+both folders by `python -m intent_imitation.build_library`. An archive that exists is kept.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from intent_imitation.build_library import varied
+from intent_imitation.plan import Array
+from intent_imitation.tabletop import (
+    RestingGrasp,
+    TabletopConfig,
+    room_on_table,
+    tabletop_candidates,
+)
+from intent_inference.simulation.dataset import row_of_grasp, write_rows
+from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.simulation.simulated_grasp import SimulatedGrasp, load_grasps, save_grasps
+from intent_inference.simulation.stability import ShakeTest
+from intent_inference.simulation.task_object import TaskObject
+from intent_perception.objects import ObjectDatabase, ObjectModel
+
+_TRIES = 800
+_SHAKEN = (16, 6, 6)
+"""Candidates shaken for the natural rest and for two others."""
+_FEW = 12
+"""With fewer candidates than this, the tries are repeated once."""
+
+
+def practised_grasps(
+    model: ObjectModel, hand: GraspingHand, rng: np.random.Generator
+) -> list[SimulatedGrasp]:
+    """Return the grasps of an object at rest that hold and still clear the table.
+
+    Args:
+        model: the object.
+        hand: the robot's hand.
+        rng: source of the hypotheses.
+    """
+    target, config = TaskObject(model), TabletopConfig()
+    found: list[SimulatedGrasp] = []
+    with ShakeTest(hand, model) as test:
+        for pose, count in zip(model.stable_poses, _SHAKEN, strict=False):
+            candidates = tabletop_candidates(target, hand, pose, rng, _TRIES, config)
+            if len(candidates) < _FEW:
+                candidates += tabletop_candidates(target, hand, pose, rng, 2 * _TRIES, config)
+            grasps = [_shaken(model, test, candidate) for candidate in _spread(candidates, count)]
+            found += _with_room(target, hand, pose, [grasp for grasp in grasps if grasp.held])
+    return found
+
+
+def _spread(candidates: list[RestingGrasp], count: int) -> list[RestingGrasp]:
+    """Return at most `count` candidates, as different as possible."""
+    poses = np.array([c.grasp.T_object_hand for c in candidates]).reshape(-1, 4, 4)
+    firmness = np.array([1.0 - c.residual for c in candidates])
+    return [candidates[k] for k in varied(poses, firmness, count)]
+
+
+def _shaken(model: ObjectModel, test: ShakeTest, candidate: RestingGrasp) -> SimulatedGrasp:
+    result = test.run(candidate.grasp)
+    return SimulatedGrasp(
+        model.name,
+        candidate.grasp.preshape,
+        result.T_object_hand,
+        result.joints,
+        result.contacts,
+        result.held,
+        result.stability,
+        result.penetration,
+        candidate.residual,
+        candidate.hypothesis.joints,
+        candidate.hypothesis.approach,
+    )
+
+
+def _with_room(
+    target: TaskObject, hand: GraspingHand, pose: Array, grasps: list[SimulatedGrasp]
+) -> list[SimulatedGrasp]:
+    """Return the grasps that, settled, do not touch the table."""
+    if not grasps:
+        return []
+    room = room_on_table(
+        hand,
+        target,
+        pose,
+        np.array([grasp.T_object_hand for grasp in grasps]),
+        np.array([grasp.approach for grasp in grasps]),
+        np.array([grasp.pregrasp for grasp in grasps]),
+        np.array([grasp.joints for grasp in grasps]),
+    )
+    return [grasp for grasp, gap in zip(grasps, room, strict=True) if gap > 0.001]
+
+
+def main() -> None:
+    """Practise all objects and write archives and table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
+    parser.add_argument("--archive", type=Path, required=True, help="folder of archives")
+    parser.add_argument("--hand", default="schunk", help="name or file of the hand")
+    parser.add_argument("--models", default=None, help="object database; default: the shipped one")
+    parser.add_argument("--objects", default="", help="names, by commas; default: all")
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    hand, database = GraspingHand.load(arguments.hand), ObjectDatabase.load(arguments.models)
+    wanted = (
+        arguments.objects.split(",") if arguments.objects else [m.name for m in database.models]
+    )
+    rows = []
+    for number, model in enumerate(database.models):
+        if model.name not in wanted:
+            continue
+        file = arguments.archive / f"{model.name}.npz"
+        if not file.is_file():
+            rng = np.random.default_rng([arguments.seed, number])
+            save_grasps(file, practised_grasps(model, hand, rng))
+        grasps = load_grasps(file)[0]
+        target = TaskObject(model)
+        rows += [row_of_grasp(target, hand, grasp) for grasp in grasps]
+        print(f"{model.name:16s} {len(grasps):3d}", flush=True)
+    write_rows(arguments.archive / "tabletop.csv.gz", rows)
+
+
+if __name__ == "__main__":
+    main()
