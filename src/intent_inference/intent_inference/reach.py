@@ -6,6 +6,7 @@ used, and what was said is never revised.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,14 +16,13 @@ from intent_inference.model import TaskModel
 from intent_perception.geometry import (
     Array,
     inverse,
-    pose_from_vector,
     quaternion_from_rotation,
     transform_points,
 )
 from intent_perception.objects import ObjectDatabase
 from intent_tracking.features import GraspFeatures, ObjectGeometry, as_right_hand, palm_center
-from intent_tracking.hand import HandModel
-from intent_tracking.scene import HAND_SIZE, OBJECT_SIZE, SceneState
+from intent_tracking.hand import HandModel, Side
+from intent_tracking.scene import HAND_SIZE, SceneState
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,6 @@ class ReachFilter:
         self._database = database
         self._config = config or ReachConfig()
         self._geometries: dict[str, ObjectGeometry | None] = {}
-        self._palms: dict[str, Array] = {}
         self.reset()
 
     def reset(self) -> None:
@@ -90,11 +89,11 @@ class ReachFilter:
         """Return the forecast up to a frame; None without a hand near a known object."""
         if not state.hand_tracked:
             return None
-        palm = transform_points(state.T_table_hand, self._palm_of(state))
+        palm = transform_points(state.T_table_hand, palm_of(state.hand_side))
         elapsed = self._advance(state.stamp, palm)
         known = [
             i for i, name in enumerate(state.object_models)
-            if self._geometry(name) is not None and np.isfinite(self._pose(state, i)).all()
+            if self._geometry(name) is not None and np.isfinite(state.T_table_objects[i]).all()
         ]  # fmt: skip
         gaps = {i: self._gap(state, i, palm) for i in known}
         if self._held in state.object_ids:
@@ -116,7 +115,10 @@ class ReachFilter:
         elapsed: float,
         palm: Array,
     ) -> ReachForecast:
-        features = stack_features([self.features(state, i) for i in near])
+        geometries = {i: self._geometry(state.object_models[i]) for i in near}
+        features = stack_features(
+            [reach_features(own, state, i) for i, own in geometries.items() if own is not None]
+        )
         tracked = np.nan_to_num(state.state_std[:HAND_SIZE], nan=0.0)
         far = np.array([gaps[i] for i in near])
         deviations = reach_deviations(features, far, tracked, self._config)
@@ -156,44 +158,48 @@ class ReachFilter:
                 self._geometries[name] = None
         return self._geometries[name]
 
-    def _palm_of(self, state: SceneState) -> Array:
-        if state.hand_side not in self._palms:
-            self._palms[state.hand_side] = palm_center(HandModel(state.hand_side).table)
-        return self._palms[state.hand_side]
-
-    def _pose(self, state: SceneState, index: int) -> Array:
-        start = HAND_SIZE + OBJECT_SIZE * index
-        return pose_from_vector(state.state[start : start + OBJECT_SIZE])
-
     def _gap(self, state: SceneState, index: int, palm_table: Array) -> float:
         geometry = self._geometry(state.object_models[index])
         if geometry is None:
             return float("inf")
-        palm = transform_points(inverse(self._pose(state, index)), palm_table)
-        return float(np.linalg.norm(geometry.points[::8] - palm, axis=1).min())
+        return palm_gap(geometry, state.T_table_objects[index], palm_table)
 
-    def features(self, state: SceneState, index: int) -> GraspFeatures:
-        """Return O and A of Table I of one frame for the object with the given index."""
-        geometry = self._geometry(state.object_models[index])
-        if geometry is None:
-            raise ValueError(f"expected a known object, got {state.object_models[index]!r}")
-        T_object_hand = inverse(self._pose(state, index)) @ state.T_table_hand
-        palm_hand = self._palm_of(state)
-        if state.hand_side == "left":
-            T_object_hand = as_right_hand(geometry, T_object_hand)
-            palm_hand = palm_hand * np.array([1.0, -1.0, 1.0])
-        offset = transform_points(T_object_hand, palm_hand) - geometry.center
-        return GraspFeatures(
-            object_class=geometry.model.object_class,
-            size=geometry.size,
-            conv=geometry.convexity,
-            dir=quaternion_from_rotation(T_object_hand[:3, :3]),
-            npos=offset / max(float(np.linalg.norm(offset)), 1e-9),
-            fcon=state.joint_angles,
-            fvol=None,
-            coc=None,
-            gbvl=None,
-        )
+
+@lru_cache(maxsize=2)
+def palm_of(side: Side) -> Array:
+    """Return the middle (3,) of the palm in the hand frame [m]."""
+    return palm_center(HandModel(side).table)
+
+
+def palm_gap(geometry: ObjectGeometry, T_table_object: Array, palm_table: Array) -> float:
+    """Return the distance from a point (3,) in the table frame to the object's surface [m]."""
+    palm = transform_points(inverse(T_table_object), palm_table)
+    return float(np.linalg.norm(geometry.points[::8] - palm, axis=1).min())
+
+
+def reach_features(geometry: ObjectGeometry, state: SceneState, index: int) -> GraspFeatures:
+    """Return O and A of Table I of one frame; a left hand's are those of the mirrored grasp.
+
+    Args:
+        geometry: the object.
+        state: with a tracked hand.
+        index: the object's place in the state.
+    """
+    T_object_hand = inverse(state.T_table_objects[index]) @ state.T_table_hand
+    if state.hand_side == "left":
+        T_object_hand = as_right_hand(geometry, T_object_hand)
+    offset = transform_points(T_object_hand, palm_of("right")) - geometry.center
+    return GraspFeatures(
+        object_class=geometry.model.object_class,
+        size=geometry.size,
+        conv=geometry.convexity,
+        dir=quaternion_from_rotation(T_object_hand[:3, :3]),
+        npos=offset / max(float(np.linalg.norm(offset)), 1e-9),
+        fcon=state.joint_angles,
+        fvol=None,
+        coc=None,
+        gbvl=None,
+    )
 
 
 def filtered(before: Array | None, fresh: Array, elapsed: float, config: ReachConfig) -> Array:

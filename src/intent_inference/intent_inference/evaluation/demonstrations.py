@@ -3,7 +3,7 @@
 The demonstrations are rendered, their pixels synthetic; objects, hands and seeds are not those
 of training. `demonstrations.csv.gz` has one row per grasp as the detector saw it, labelled by the
 label rules on the true grasp; `reaches.csv.gz` has the frames before it. Both are made once by
-`python -m intent_inference.demonstrate`.
+`python -m intent_inference.make_demonstrations`.
 """
 
 from pathlib import Path

@@ -216,7 +216,7 @@ def mutual_information(first: Array, second: Array) -> float:
         return 0.0
     joint = joint / total
     product = joint.sum(axis=1, keepdims=True) * joint.sum(axis=0, keepdims=True)
-    used = joint > 0.0
+    used = (joint > 0.0) & (product > 0.0)
     return float(np.sum(joint[used] * np.log(joint[used] / product[used])))
 
 
