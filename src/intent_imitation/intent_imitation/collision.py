@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from intent_perception.sdf import SignedDistance
 
 from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_perception.sdf import SignedDistance
 from intent_tracking.joint_table import Array, link_poses
 
 _RETREATS = (0.16, 0.11, 0.07, 0.035, 0.0)
@@ -76,7 +76,7 @@ def clearances(
     ]
     for retreat, share in stations:
         centers = local[0] if share == 0.0 else local[1 + _CLOSINGS.index(share)]
-        placed = np.einsum("gij,gsj->gsi", T_table_hands[:, :3, :3], centers)
+        placed = centers @ np.swapaxes(T_table_hands[:, :3, :3], 1, 2)
         placed += (T_table_hands[:, :3, 3] - retreat * approaches)[:, None]
         table = np.minimum(table, (placed[..., 2] - radii).min(axis=1))
         for obstacle in neighbours:
@@ -88,9 +88,15 @@ def clearances(
 
 def hand_spheres(hand: GraspingHand, joints: Array) -> Array:
     """Return the covering spheres' centres (G, S, 3) in the hand frame [m] at (G, J) [rad]."""
-    poses = link_poses(hand.table, joints)[:, hand.arrays.sphere_links]
+    poses = link_poses(hand.table, joints)
+    starts = hand.arrays.sphere_starts
     centers = hand.arrays.sphere_centers.astype(np.float64)
-    return np.asarray(np.einsum("gsij,sj->gsi", poses[..., :3, :3], centers) + poses[..., :3, 3])
+    spheres = np.empty((len(poses), len(centers), 3))
+    for link in range(len(starts) - 1):
+        own = slice(starts[link], starts[link + 1])
+        turned = centers[own] @ np.swapaxes(poses[:, link, :3, :3], 1, 2)
+        spheres[:, own] = turned + poses[:, link, None, :3, 3]
+    return spheres
 
 
 def _gap(obstacle: Obstacle, points: Array, radii: Array) -> Array:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from intent_tracking.grasp import StableGrasp
 
 from intent_imitation.plan import GraspPlan, ObjectChoice
 from intent_inference.intention import TaskPosterior
@@ -13,6 +12,7 @@ from intent_perception.camera import RgbdFrame
 from intent_perception.geometry import quaternion_from_rotation
 from intent_perception.objects import ObjectDatabase
 from intent_perception.recognition import RecognizedObjects
+from intent_tracking.grasp import StableGrasp
 from intent_tracking.scene import SceneState
 
 
