@@ -73,7 +73,7 @@ def finish(draft: Draft, name: str, object_class: str) -> ObjectModel:
         object_class=object_class,
         mesh=mesh,
         color=np.array(draft.color),
-        parts=parts,
+        annotated_parts=parts,
         functions=_moved(draft.functions, shift),
         mass=draft.mass,
         friction=draft.friction,

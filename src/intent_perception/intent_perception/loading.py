@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from intent_perception.convex_parts import convex_parts
 from intent_perception.geometry import Array, pose_from_vector
 from intent_perception.mesh import Mesh, read_mesh
 from intent_perception.model import (
@@ -34,7 +33,7 @@ UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 _KEYS = {"name", "mesh", "unit", "class"}
 _OPTIONAL = {"color", "mass", "density", "friction", "functions", "symmetry", "stable_poses"}
 _LARGEST, _SMALLEST = 1.0, 0.005
-_DENSITY = 600.0  # a household object is part air, part plastic, wood, glass or metal
+_DENSITY = 1000.0  # plastic and wood are lighter, glass and metal heavier
 _OPEN_MASS = 0.2
 _FRICTION = 0.6
 _GREY = np.array([0.6, 0.6, 0.6])
@@ -88,7 +87,7 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
         object_class=str(entry["class"]),
         mesh=mesh,
         color=_GREY if color is None else color,
-        parts=convex_parts(mesh) if parts is None else parts,
+        annotated_parts=parts,
         functions=_functions(entry["functions"]) if "functions" in entry else None,
         mass=_mass(entry, mesh),
         friction=_positive(entry.get("friction", _FRICTION), "friction"),

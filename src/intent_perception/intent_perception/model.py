@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from intent_perception.convex_parts import convex_pieces
 from intent_perception.geometry import Array, rotation_from_vector
 from intent_perception.mesh import Mesh
 
@@ -117,8 +118,8 @@ class ObjectModel:
     """Surface [m]; closed in the shipped database, possibly open in a user's."""
     color: Array
     """(3,) RGB in 0..1."""
-    parts: tuple[Part, ...]
-    """Convex parts whose union is the object to about a millimetre; physics uses them too."""
+    annotated_parts: tuple[Part, ...] | None
+    """Convex parts with names; None = to be computed when `parts` is asked for."""
     functions: Functions | None
     """Functional annotations; None = unknown (not: has none)."""
     mass: float
@@ -130,6 +131,17 @@ class ObjectModel:
     stable_poses: Array
     """(S, 4, 4) T_table_object with x = y = 0, the likeliest (natural) first; any turn about the
     vertical is as stable."""
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """Convex parts whose union is the object to about a millimetre; physics uses them too.
+
+        Those of a mesh without annotation are all named "body", computed at the first use and
+        true to about 4 mm.
+        """
+        if self.annotated_parts is not None:
+            return self.annotated_parts
+        return tuple(Part("body", piece) for piece in convex_pieces(self.mesh))
 
     @cached_property
     def size(self) -> Array:

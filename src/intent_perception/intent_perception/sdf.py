@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from intent_perception.geometry import Array
 from intent_perception.mesh import Mesh
-from intent_perception.sdf_grid import count_crossings, fill_distance
+from intent_perception.sdf_grid import fill_distance, inside_grid
 
 Floats = NDArray[np.float32]
 
@@ -54,7 +54,7 @@ class SignedDistance:
         squared = np.full(tuple(shape), _FAR, np.float32)
         nearest = np.full(tuple(shape), -1, np.int32)
         fill_distance(triangles, squared, nearest)
-        signed = np.sqrt(squared) * np.where(_inside(triangles, shape), -spacing, spacing)
+        signed = np.sqrt(squared) * np.where(inside_grid(triangles, shape), -spacing, spacing)
         return cls(origin, float(spacing), np.ascontiguousarray(signed, dtype=np.float32))
 
     @cached_property
@@ -80,17 +80,6 @@ class SignedDistance:
         values = gradients(self.values, self.origin32, np.float32(self.spacing), flat)
         result: Array = values.reshape(points.shape).astype(np.float64)
         return result
-
-
-def _inside(triangles: Array, shape: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return whether grid points (X, Y, Z) are inside, by the majority of three lines."""
-    votes = np.zeros(tuple(shape), np.int8)
-    for axis in range(3):
-        order = [axis, (axis + 1) % 3, (axis + 2) % 3]
-        turned = np.ascontiguousarray(triangles[:, :, order])
-        count = count_crossings(turned, tuple(int(shape[k]) for k in order))
-        votes += np.transpose(count & 1, np.argsort(order)).astype(np.int8)
-    return np.asarray(votes >= 2)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True, inline="always")

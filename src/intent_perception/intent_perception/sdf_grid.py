@@ -155,3 +155,20 @@ def count_crossings(triangles: Array, shape: tuple[int, int, int]) -> NDArray[np
             for k in range(shape[2]):
                 count[i, j, k] += count[i - 1, j, k]
     return count
+
+
+def inside_grid(triangles: Array, shape: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return whether grid points (X, Y, Z) are inside, by the majority of three lines.
+
+    A point is inside where a line from it crosses the surface an odd number of times; three lines
+    along the axes outvote small holes.
+    """
+    votes = np.zeros(tuple(shape), np.int8)
+    for axis in range(3):
+        order = [axis, (axis + 1) % 3, (axis + 2) % 3]
+        turned = np.ascontiguousarray(triangles[:, :, order])
+        count = count_crossings(
+            turned, (int(shape[order[0]]), int(shape[order[1]]), int(shape[order[2]]))
+        )
+        votes += np.transpose(count & 1, np.argsort(order)).astype(np.int8)
+    return np.asarray(votes >= 2)
