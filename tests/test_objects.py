@@ -140,6 +140,12 @@ def test_damaged_mesh_names_the_file(tmp_path: Path) -> None:
         loaded(tmp_path, closed_box(), mesh="bad.ply")
 
 
+def test_point_cloud_is_refused_with_the_reason(tmp_path: Path) -> None:
+    trimesh.PointCloud(np.random.default_rng(0).uniform(size=(50, 3))).export(tmp_path / "c.ply")
+    with pytest.raises(ValueError, match=r"c\.ply holds none \(a point cloud\?\)"):
+        loaded(tmp_path, closed_box(), mesh="c.ply")
+
+
 def test_faces_of_an_inverted_mesh_are_turned_outwards(tmp_path: Path) -> None:
     shape = closed_box()
     shape.invert()
