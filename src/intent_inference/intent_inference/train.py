@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from intent_inference.dataset import read_grasps
+from intent_inference.dataset import GraspTable, read_grasps
 from intent_inference.learning.fitting import DEFAULT_RECIPES, Recipe, TrainingConfig, train
+from intent_inference.learning.structure import TASK
 from intent_inference.learning.updating import add_demonstrations
 from intent_inference.model import TaskModel
 
@@ -34,11 +35,22 @@ def _train(arguments: argparse.Namespace) -> TaskModel:
     rng = np.random.default_rng(arguments.seed)
     model = train(table, rng, config)
     if arguments.figures:
-        from intent_inference.learning.figures import draw_structures, draw_training
-
-        draw_training(table, np.random.default_rng(arguments.seed), Path(arguments.figures))
-        draw_structures(model, Path(arguments.figures) / "fig4_structures.png")
+        _draw(table, model, Path(arguments.figures), arguments.seed)
     return model
+
+
+def _draw(table: GraspTable, model: TaskModel, folder: Path, seed: int) -> None:
+    """Draw Fig. 2 of every variable, and Fig. 4: the paper's graphs and the first of ours."""
+    from intent_inference.learning.figures import draw_structures, draw_training
+
+    draw_training(table, np.random.default_rng(seed), folder)
+    draw_structures(model, folder / "fig4_ours.png")
+    greedy = TrainingConfig(recipes=(Recipe("paper", "information"),), masks=())
+    paper = train(table, np.random.default_rng(seed), greedy)
+    draw_structures(paper, folder / "fig4_paper_recipe.png")
+    for networks in paper.networks:
+        children = [v for v, chosen in networks.members[0].parents.items() if TASK in chosen]
+        print(f"  greedy BIC, {networks.task}: children of the task: {', '.join(children)}")
 
 
 def _add(arguments: argparse.Namespace) -> TaskModel:

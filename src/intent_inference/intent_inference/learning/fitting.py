@@ -47,10 +47,10 @@ class Recipe:
 
 
 DEFAULT_RECIPES = (
-    Recipe("tan", "information"),
-    Recipe("tan", "12"),
     Recipe("class-tan", "information"),
-    Recipe("class-tan", "8"),
+    Recipe("class-tan", "12"),
+    Recipe("tan", "8"),
+    Recipe("tan", "24"),
 )
 
 
