@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from intent_perception.geometry import Array, rotation_between, rotation_from_vector
 from intent_tracking.body_state import BodyState
+from intent_tracking.evidence import Evidence, Prior, Weights
 from intent_tracking.finger_sweep import sweep_fingers
 from intent_tracking.hand import LIMITS, HandModel, Side
 from intent_tracking.hand_detection import HandRegion
 from intent_tracking.hand_kernel import HandArrays, Single
-from intent_tracking.normal_equations import Evidence, Prior, Weights
 from intent_tracking.object_kernel import object_arrays
 from intent_tracking.objective import Labelled, rendered_cost
 from intent_tracking.refinement import refine
@@ -139,7 +139,9 @@ def candidates(
         values, rotations = _starts(region, model, config, rng)
         coarse = weights._replace(scale=np.float32(config.coarse_scale))
         _refine(arrays, evidence, coarse, values, rotations, config.coarse_iterations)
-        order = np.argsort([_cost(arrays, seen, v, r) for v, r in zip(values, rotations, strict=True)])
+        order = np.argsort(
+            [_cost(arrays, seen, v, r) for v, r in zip(values, rotations, strict=True)]
+        )
         best = order[: config.finalists]
         values, rotations = values[best].copy(), rotations[best].copy()
         fine = weights._replace(scale=np.float32(config.fine_scale))

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from intent_perception.geometry import Array
 from intent_tracking.appearance import BACKGROUND, FIRST_OBJECT, HAND, AppearanceModel, color_bins
+from intent_tracking.evidence import Evidence
 from intent_tracking.hand_kernel import HandArrays, HandBuffers, Single, nearest_capsule
-from intent_tracking.normal_equations import Evidence
 from intent_tracking.object_kernel import ObjectArrays, object_distances
 from intent_tracking.objective import Labelled
 from intent_tracking.tile import Tile

@@ -17,125 +17,21 @@ rho_s(e) = s^2 e^2 / (s^2 + e^2) (Geman-McClure).
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from intent_tracking.hand_kernel import JIT, Single, nearest_capsule, place_hand
+from intent_tracking.hand_kernel import JIT, nearest_capsule, place_hand
 from intent_tracking.object_kernel import distance_in_camera
-
-
-class Evidence(NamedTuple):
-    """One frame as the refinement sees it, in the camera's frame."""
-
-    hand_points: Single
-    """(3, N) [m]."""
-    object_points: Single
-    """(3, M) [m]."""
-    object_owners: NDArray[np.int64]
-    """(M,) which of the K objects each point belongs to."""
-    depth: Single
-    """(S, S) observed depth on the tile, 0 = missing [m]."""
-    outside: Single
-    """(S, S) distance to the silhouette of hand and objects, 0 within it [pixels]."""
-    u0: np.float32
-    """x / z of the first column."""
-    v0: np.float32
-    """y / z of the first row."""
-    step: np.float32
-    """x / z per pixel."""
-
-
-class Weights(NamedTuple):
-    """Weights of the terms, relative to one observed point."""
-
-    scale: np.float32
-    """s of rho_s [m]."""
-    silhouette: np.float32
-    front: np.float32
-    penetration: np.float32
-    touch: np.float32
-    limit: np.float32
-    """[m^2 / rad^2], as the next three."""
-    angle: np.float32
-    """Joint angles against their prediction."""
-    dip: np.float32
-    synergy: np.float32
-    hand_place: np.float32
-    """Hand position against its prediction (no unit)."""
-
-
-class Prior(NamedTuple):
-    """What the refinement expects before it looks."""
-
-    state: Single
-    """(26 + 6 K,) predicted state; [3:6] of each body unused."""
-    rotations: Single
-    """(1 + K, 3, 3) predicted rotations."""
-    limits: Single
-    """(20, 2) [rad]."""
-    touch: Single
-    """(K,) factor on the attraction of hidden fingers to each object."""
-    place: Single
-    """(K,) weight of each object's predicted position."""
-    turn: Single
-    """(K,) weight of each object's predicted rotation [m^2 / rad^2]."""
-
-
-@njit(**JIT)
-def add_row(normal, gradient, index, row, count, residual, weight):  # type: ignore[no-untyped-def]
-    """Add weight row row^T to the lower triangle and -weight row residual to the gradient."""
-    for p in range(count):
-        w = weight * row[p]
-        i = index[p]
-        gradient[i] -= w * residual
-        for q in range(p + 1):
-            j = index[q]
-            if i >= j:
-                normal[i, j] += w * row[q]
-            else:
-                normal[j, i] += w * row[q]
-
-
-@njit(**JIT)
-def hand_row(buffers, state, i, x, y, z, gx, gy, gz, row, index):  # type: ignore[no-untyped-def]
-    """Write d(g . c) / dx for a point c = (x, y, z) fixed on capsule i; return its length."""
-    row[0], row[1], row[2] = gx, gy, gz
-    rx, ry, rz = x - state[0], y - state[1], z - state[2]
-    row[3], row[4], row[5] = ry * gz - rz * gy, rz * gx - rx * gz, rx * gy - ry * gx
-    for p in range(6):
-        index[p] = p
-    count = 6
-    if i < 15:
-        finger = i // 3
-        for level in range(i - 3 * finger + 2):
-            n = 4 * finger + level
-            rx, ry, rz = (
-                x - buffers.pivots[n, 0],
-                y - buffers.pivots[n, 1],
-                z - buffers.pivots[n, 2],
-            )
-            row[count] = (
-                buffers.axes[n, 0] * (ry * gz - rz * gy)
-                + buffers.axes[n, 1] * (rz * gx - rx * gz)
-                + buffers.axes[n, 2] * (rx * gy - ry * gx)
-            )
-            index[count] = 6 + n
-            count += 1
-    return count
-
-
-@njit(**JIT)
-def body_row(offset, x, y, z, gx, gy, gz, row, index, count):  # type: ignore[no-untyped-def]
-    """Append d(g . c) / dx of a point at (x, y, z) from the origin of the body at `offset`."""
-    row[count], row[count + 1], row[count + 2] = gx, gy, gz
-    row[count + 3], row[count + 4] = y * gz - z * gy, z * gx - x * gz
-    row[count + 5] = x * gy - y * gx
-    for p in range(6):
-        index[count + p] = offset + p
-    return count + 6
+from intent_tracking.prior_terms import add_priors
+from intent_tracking.wrenches import (
+    add_row,
+    add_wrench,
+    body_row,
+    empty_bag,
+    empty_hand,
+    hand_row,
+)
 
 
 @njit(**JIT)
@@ -149,7 +45,7 @@ def tile_pixel(x, y, z, evidence):  # type: ignore[no-untyped-def]
 
 
 @njit(**JIT)
-def add_hand_points(hand, buffers, evidence, weights, state, normal, gradient, work, row, index):  # type: ignore[no-untyped-def]
+def add_hand_points(hand, buffers, evidence, weights, state, bags, work):  # type: ignore[no-untyped-def]
     """Add observed hand points against the nearest capsule; return their cost."""
     nearest_capsule(evidence.hand_points, buffers.ends, hand.radii, work[0], work[1])
     square, cost = weights.scale * weights.scale, np.float32(0.0)
@@ -172,15 +68,12 @@ def add_hand_points(hand, buffers, evidence, weights, state, normal, gradient, w
         w = np.float32(1.0) / (q * q)
         if x * px + y * py + z * pz > np.float32(0.3) * pz:
             w *= np.float32(0.1)  # matched to the far side, which the camera cannot see
-        count = hand_row(buffers, state, i, cx, cy, cz, -x, -y, -z, row, index)
-        add_row(normal, gradient, index, row, count, e, w)
+        add_wrench(bags[i], -x, -y, -z, cx - state[0], cy - state[1], cz - state[2], e, w)
     return cost
 
 
 @njit(**JIT)
-def add_object_points(
-    objects, evidence, weights, state, rotations, normal, gradient, row, index, g
-):  # type: ignore[no-untyped-def]
+def add_object_points(objects, evidence, weights, state, rotations, bags, g):  # type: ignore[no-untyped-def]
     """Add observed object points against the signed distance; return their cost."""
     square, cost = weights.scale * weights.scale, np.float32(0.0)
     for n in range(evidence.object_points.shape[1]):
@@ -192,8 +85,8 @@ def add_object_points(
         e = distance_in_camera(objects, k, rotations[1 + k], x, y, z, g)
         q = np.float32(1.0) + e * e / square
         cost += square * (np.float32(1.0) - np.float32(1.0) / q)
-        count = body_row(offset, x, y, z, -g[0], -g[1], -g[2], row, index, 0)
-        add_row(normal, gradient, index, row, count, e, np.float32(1.0) / (q * q))
+        w = np.float32(1.0) / (q * q)
+        add_wrench(bags[24 + k], -g[0], -g[1], -g[2], x, y, z, e, w)
     return cost
 
 
@@ -228,6 +121,7 @@ def add_hand_samples(
     prior,
     state,
     rotations,
+    bags,
     normal,
     gradient,
     row,
@@ -247,12 +141,12 @@ def add_hand_samples(
             a, b = buffers.ends[i, 0], buffers.ends[i, 1]
             cx, cy = a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])
             cz, radius = a[2] + t * (b[2] - a[2]), hand.radii[i]
+            hx, hy, hz = cx - state[0], cy - state[1], cz - state[2]
             e, w = image_residual(evidence, weights, cx, cy, cz, radius, g)
             if w > zero:
                 q = one + e * e / wide
                 cost += w * wide * (one - one / q)
-                count = hand_row(buffers, state, i, cx, cy, cz, g[0], g[1], g[2], row, index)
-                add_row(normal, gradient, index, row, count, e, w / (q * q))
+                add_wrench(bags[i], g[0], g[1], g[2], hx, hy, hz, e, w / (q * q))
             for k in range(objects.surface.shape[0]):
                 offset = 26 + 6 * k
                 x, y, z = cx - state[offset], cy - state[offset + 1], cz - state[offset + 2]
@@ -270,17 +164,12 @@ def add_hand_samples(
                         q = one + e * e / square
                         w = weights.touch * prior.touch[k]
                         cost += w * square * (one - one / q)
-                        count = hand_row(
-                            buffers, state, i, cx, cy, cz, -g[0], -g[1], -g[2], row, index
-                        )
-                        add_row(normal, gradient, index, row, count, e, w / (q * q))
+                        add_wrench(bags[i], -g[0], -g[1], -g[2], hx, hy, hz, e, w / (q * q))
     return cost
 
 
 @njit(**JIT)
-def add_object_samples(
-    objects, evidence, weights, state, rotations, normal, gradient, row, index, g
-):  # type: ignore[no-untyped-def]
+def add_object_samples(objects, evidence, weights, state, rotations, bags, g):  # type: ignore[no-untyped-def]
     """Add silhouette and depth order of the objects' surface samples; return their cost."""
     cost = np.float32(0.0)
     wide = np.float32(4.0) * weights.scale * weights.scale
@@ -304,97 +193,31 @@ def add_object_samples(
             if weight > np.float32(0.0):
                 q = one + e * e / wide
                 cost += weight * wide * (one - one / q)
-                count = body_row(offset, x, y, z, g[0], g[1], g[2], row, index, 0)
-                add_row(normal, gradient, index, row, count, e, weight / (q * q))
-    return cost
-
-
-@njit(**JIT)
-def add_single(normal, gradient, i, e, w):  # type: ignore[no-untyped-def]
-    """Add w e^2 of a residual that is unknown i itself; return its cost."""
-    normal[i, i] += w
-    gradient[i] -= w * e
-    return w * e * e
-
-
-@njit(**JIT)
-def add_pair(normal, gradient, i, j, factor, state, w):  # type: ignore[no-untyped-def]
-    """Add w (x_i - factor x_j)^2, i > j; return its cost."""
-    e = state[i] - factor * state[j]
-    normal[i, i] += w
-    normal[i, j] -= factor * w
-    normal[j, j] += factor * factor * w
-    gradient[i] -= w * e
-    gradient[j] += factor * w * e
-    return w * e * e
-
-
-@njit(**JIT)
-def add_priors(weights, prior, state, rotations, normal, gradient):  # type: ignore[no-untyped-def]
-    """Add limits, prediction, DIP coupling, synergy and object predictions; return their cost."""
-    cost = np.float32(0.0)
-    zero, half = np.float32(0.0), np.float32(0.5)
-    for n in range(20):
-        i = 6 + n
-        cost += add_single(normal, gradient, i, state[i] - prior.state[i], weights.angle)
-        e = min(state[i] - prior.limits[n, 0], zero) + max(state[i] - prior.limits[n, 1], zero)
-        if e != zero:
-            cost += add_single(normal, gradient, i, e, weights.limit)
-    for finger in range(1, 5):
-        pip = 8 + 4 * finger
-        cost += add_pair(normal, gradient, pip + 1, pip, np.float32(0.667), state, weights.dip)
-        if finger > 1:
-            for i in range(pip - 1, pip + 1):
-                cost += add_pair(
-                    normal, gradient, i, i - 4, np.float32(1.0), state, weights.synergy
-                )
-    for i in range(3):
-        cost += add_single(normal, gradient, i, state[i] - prior.state[i], weights.hand_place)
-    for k in range(rotations.shape[0] - 1):
-        offset, m, p = 26 + 6 * k, rotations[1 + k], prior.rotations[1 + k]
-        for i in range(offset, offset + 3):
-            cost += add_single(normal, gradient, i, state[i] - prior.state[i], prior.place[k])
-        for i in range(3):  # half the skew part of m p^T: the small rotation since the prediction
-            u, v = (i + 1) % 3, (i + 2) % 3
-            e = zero
-            for j in range(3):
-                e += half * (m[v, j] * p[u, j] - m[u, j] * p[v, j])
-            cost += add_single(normal, gradient, offset + 3 + i, e, prior.turn[k])
+                add_wrench(bags[24 + k], g[0], g[1], g[2], x, y, z, e, weight / (q * q))
     return cost
 
 
 @njit(**JIT)
 def linearize(
-    hand,
-    objects,
-    evidence,
-    weights,
-    prior,
-    state,
-    rotations,
-    buffers,
-    normal,
-    gradient,
-    work,
-    row,
-    index,
-    g,
-):  # type: ignore[no-untyped-def]
-    """Return E at (state, rotations); write the normal matrix (lower) and -half the gradient."""
+    hand, objects, evidence, weights, prior, state, rotations, buffers, normal, gradient, bags,
+    work, row, index, g,
+):  # type: ignore[no-untyped-def]  # fmt: skip
+    """Return E at (state, rotations); write the normal matrix (lower) and -half the gradient.
+
+    bags (24 + K, 27), work (2, N), row and index (20,), g (3,) are work space.
+    """
     normal[:, :] = np.float32(0.0)
     gradient[:] = np.float32(0.0)
+    bags[:, :] = np.float32(0.0)
     place_hand(hand, state, rotations[0], buffers)
-    cost = add_hand_points(
-        hand, buffers, evidence, weights, state, normal, gradient, work, row, index
-    )
-    cost += add_object_points(
-        objects, evidence, weights, state, rotations, normal, gradient, row, index, g
-    )
+    cost = add_hand_points(hand, buffers, evidence, weights, state, bags, work)
+    cost += add_object_points(objects, evidence, weights, state, rotations, bags, g)
     cost += add_hand_samples(
-        hand, objects, buffers, evidence, weights, prior, state, rotations, normal, gradient,
+        hand, objects, buffers, evidence, weights, prior, state, rotations, bags, normal, gradient,
         row, index, g,
     )  # fmt: skip
-    cost += add_object_samples(
-        objects, evidence, weights, state, rotations, normal, gradient, row, index, g
-    )
+    cost += add_object_samples(objects, evidence, weights, state, rotations, bags, g)
+    empty_hand(bags, buffers, state, normal, gradient)
+    for k in range(rotations.shape[0] - 1):
+        empty_bag(bags[24 + k], 26 + 6 * k, normal, gradient)
     return cost + add_priors(weights, prior, state, rotations, normal, gradient)

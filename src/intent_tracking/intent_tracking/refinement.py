@@ -7,6 +7,7 @@ from numba import njit
 
 from intent_tracking.hand_kernel import JIT, new_hand_buffers, turn
 from intent_tracking.normal_equations import linearize
+from intent_tracking.wrenches import WRENCH
 
 
 @njit(**JIT)
@@ -73,13 +74,14 @@ def refine(hand, objects, evidence, weights, prior, states, rotations, iteration
     gradient, trial_gradient = np.empty(size, np.float32), np.empty(size, np.float32)
     lower, step = np.zeros((size, size), np.float32), np.zeros(size, np.float32)
     row, index = np.empty(20, np.float32), np.empty(20, np.int64)
+    bags = np.empty((24 + rotations.shape[1] - 1, WRENCH), np.float32)
     g = np.empty(3, np.float32)
     trial, trial_rotations = np.empty_like(states[0]), np.empty_like(rotations[0])
     for b in range(states.shape[0]):
         state, rotation, normal = states[b], rotations[b], normals[b]
         cost = linearize(
             hand, objects, evidence, weights, prior, state, rotation, buffers, normal, gradient,
-            work, row, index, g,
+            bags, work, row, index, g,
         )  # fmt: skip
         damping = np.float32(0.01)
         for _ in range(iterations):
@@ -87,7 +89,7 @@ def refine(hand, objects, evidence, weights, prior, states, rotations, iteration
             apply_step(state, rotation, step, prior.limits, trial, trial_rotations)
             trial_cost = linearize(
                 hand, objects, evidence, weights, prior, trial, trial_rotations, buffers,
-                trial_normal, trial_gradient, work, row, index, g,
+                trial_normal, trial_gradient, bags, work, row, index, g,
             )  # fmt: skip
             if trial_cost < cost:
                 gain = (cost - trial_cost) / cost

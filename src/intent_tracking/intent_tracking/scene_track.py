@@ -9,6 +9,7 @@ from intent_perception.camera import RgbdFrame
 from intent_perception.geometry import Array
 from intent_tracking.appearance import HAND, AppearanceModel
 from intent_tracking.body_state import BodyState, predicted
+from intent_tracking.evidence import Evidence, Prior, Weights
 from intent_tracking.finger_sweep import sweep_fingers
 from intent_tracking.hand import LIMITS, HandModel
 from intent_tracking.hand_kernel import (
@@ -28,7 +29,6 @@ from intent_tracking.labelling import (
     evidence_of,
     label_pixels,
 )
-from intent_tracking.normal_equations import Evidence, Prior, Weights
 from intent_tracking.object_kernel import ObjectArrays, ObjectGeometry, object_arrays
 from intent_tracking.objective import Labelled, draw_objects, forth_costs, rendered_cost
 from intent_tracking.pso import minimise
@@ -209,9 +209,7 @@ class SceneTrack:
         pixels = label_pixels(tile, bodies, appearance, rest_depth, table, self.config.labelling)
         return View(tile, pixels, *evidence_of(tile, pixels, self.config.labelling))
 
-    def fit(
-        self, view: View, guess: BodyState, active: list[int], ties: Ties, seed: int
-    ) -> Fit:
+    def fit(self, view: View, guess: BodyState, active: list[int], ties: Ties, seed: int) -> Fit:
         """Return the best state of hand and active objects near a guess."""
         config = self.config
         start = guess.chosen(active)
