@@ -152,6 +152,14 @@ def test_faces_of_an_inverted_mesh_are_turned_outwards(tmp_path: Path) -> None:
     assert loaded(tmp_path, shape).require_volume().volume > 0
 
 
+def test_faces_of_mixed_orientation_are_made_consistent(tmp_path: Path) -> None:
+    shape = trimesh.creation.icosphere(subdivisions=3, radius=40)
+    mixed = np.array(shape.faces)
+    mixed[::3] = mixed[::3, ::-1]
+    model = loaded(tmp_path, trimesh.Trimesh(shape.vertices, mixed, process=False))
+    assert model.require_volume().volume == pytest.approx(shape.volume * 1e-9, rel=1e-4)
+
+
 def test_surface_samples_lie_on_the_surface_evenly() -> None:
     box = closed_box(2, 2, 2)
     mesh = Mesh.of(box.vertices, box.faces)

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import ConvexHull
 
 from intent_perception.geometry import Array, transform_points
@@ -189,8 +191,6 @@ def read_mesh(path: Path) -> tuple[Mesh, Array | None]:
 
 def _joined(vertices: Array, faces: NDArray[np.int64]) -> Mesh:
     """Return the mesh with equal vertices joined, empty faces dropped and faces outwards."""
-    import trimesh
-
     step = max(float(np.ptp(vertices, axis=0).max()), 1e-12) * 1e-7
     _, first, index = np.unique(
         np.round(vertices / step), axis=0, return_index=True, return_inverse=True
@@ -201,7 +201,38 @@ def _joined(vertices: Array, faces: NDArray[np.int64]) -> Mesh:
     faces = faces[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]]
     mesh = Mesh.of(vertices[first], faces)
     if not mesh.is_watertight:
-        repaired = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-        trimesh.repair.fix_normals(repaired)
-        mesh = Mesh.of(repaired.vertices, repaired.faces)
+        return Mesh(mesh.vertices, _consistent(mesh))
     return Mesh.of(mesh.vertices, mesh.faces[:, ::-1]) if mesh.volume < 0.0 else mesh
+
+
+def _consistent(mesh: Mesh) -> Faces:
+    """Return faces of which neighbours have the same orientation and most look outwards."""
+    faces = mesh.faces
+    ends = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64)
+    forward = ends[:, 0] < ends[:, 1]
+    key = np.sort(ends, axis=1) @ [len(mesh.vertices), 1]
+    order = np.argsort(key, kind="stable")
+    _, start, count = np.unique(key[order], return_index=True, return_counts=True)
+    # Only an edge of exactly two faces tells how one lies to the other.
+    first, second = order[start[count == 2]], order[start[count == 2] + 1]
+    against = forward[first] == forward[second]
+    size = (len(faces), len(faces))
+    links = coo_array((1 + against.astype(np.int8), (first // 3, second // 3)), shape=size)
+    graph = (links + links.T).tocsr()
+    count_pieces, piece = connected_components(graph, directed=False)
+    flipped = np.zeros(len(faces), dtype=bool)
+    for root in np.unique(piece, return_index=True)[1]:
+        reached, before = breadth_first_order(graph, root, directed=False)
+        parents = before[reached[1:]]
+        turn = np.asarray(graph[reached[1:], parents]).ravel() == 2
+        for face, parent, turned in zip(reached[1:], parents, turn, strict=True):
+            flipped[face] = flipped[parent] ^ turned
+    normals = mesh.normals * np.where(flipped, -1.0, 1.0)[:, None] * mesh.areas[:, None]
+    middle = mesh.triangles.mean(axis=1)
+    weight = np.maximum(np.bincount(piece, weights=mesh.areas, minlength=count_pieces), 1e-20)
+    centers = np.stack(
+        [np.bincount(piece, weights=mesh.areas * middle[:, k]) / weight for k in range(3)], axis=1
+    )
+    outward = np.einsum("ij,ij->i", normals, middle - centers[piece])
+    flipped ^= (np.bincount(piece, weights=outward, minlength=count_pieces) < 0.0)[piece]
+    return np.ascontiguousarray(np.where(flipped[:, None], faces[:, ::-1], faces), dtype=np.int32)
