@@ -4,7 +4,7 @@ import time
 import zlib
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -130,7 +130,8 @@ def generate_object(config: CampaignConfig, name: str) -> Progress:
         return Progress(name, 0, 0.0, str(error))
     hand = GraspingHand.load(config.hand)
     rng = np.random.default_rng([config.seed, zlib.crc32(f"{hand.name}/{name}".encode()), rounds])
-    with GraspGenerator(target, hand, rng, config.generation) as generator:
+    wishes = replace(config.generation, wanted=config.held_per_object)
+    with GraspGenerator(target, hand, rng, wishes) as generator:
         generator.remember(grasps)
         while held < config.held_per_object and rounds < config.most_rounds:
             fresh = generator.round()

@@ -1,7 +1,6 @@
 """Tries grasps until enough pass the static filter: closed, opposed, able to hold the weight."""
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,8 +11,8 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.hypotheses import (
     Hypothesis,
     HypothesisConfig,
+    HypothesisSampler,
     approaches,
-    sample_hypotheses,
 )
 from intent_inference.simulation.task_object import TaskObject
 
@@ -40,6 +39,8 @@ class Candidate:
     grasp: ClosedGrasp
     contacts: Contacts
     residual: float
+    approach: int
+    """Index of the approach that it came from."""
 
 
 @dataclass(eq=False)
@@ -55,10 +56,16 @@ class CandidateSource:
 
     def __post_init__(self) -> None:
         choices = approaches(self.target.geometry.boxes, self.hand)
-        self._hypotheses: Iterator[Hypothesis] = iter(())
+        self.sampler: HypothesisSampler | None = None
+        self.draws = np.zeros(len(choices))
         if choices:
-            self._hypotheses = sample_hypotheses(
-                choices, self.hand, self.target.extent, self.target.center_of_mass, self.rng, self.spread
+            self.sampler = HypothesisSampler(
+                choices,
+                self.hand,
+                self.target.extent,
+                self.target.center_of_mass,
+                self.rng,
+                self.spread,
             )
 
     @property
@@ -69,8 +76,12 @@ class CandidateSource:
     def take(self, count: int, most_tries: int) -> list[Candidate]:
         """Return up to `count` candidates after at most `most_tries` tries."""
         found: list[Candidate] = []
-        for _, hypothesis in zip(range(most_tries), self._hypotheses, strict=False):
-            fate, candidate = self._examine(hypothesis)
+        if self.sampler is None:
+            return found
+        for _ in range(most_tries):
+            approach, hypothesis = self.sampler.draw()
+            self.draws[approach] += 1
+            fate, candidate = self._examine(approach, hypothesis)
             self.fates[fate] += 1
             if candidate is not None:
                 found.append(candidate)
@@ -78,7 +89,7 @@ class CandidateSource:
                     break
         return found
 
-    def _examine(self, hypothesis: Hypothesis) -> tuple[Fate, Candidate | None]:
+    def _examine(self, approach: int, hypothesis: Hypothesis) -> tuple[Fate, Candidate | None]:
         fate, grasp = close_hand(self.hand, self.target.field, hypothesis)
         if grasp is None:
             return fate, None
@@ -94,4 +105,4 @@ class CandidateSource:
         )
         if residual > self.filter.residual:
             return Fate.UNSTABLE, None
-        return Fate.NOT_SHAKEN, Candidate(hypothesis, grasp, contacts, residual)
+        return Fate.NOT_SHAKEN, Candidate(hypothesis, grasp, contacts, residual, approach)

@@ -127,19 +127,24 @@ def gravity_residual(
 def holding_force(contacts: Contacts, wrench: Array, center: Array, friction: float) -> float:
     """Return the least sum of normal forces [N] that balances a wrench; inf if none does.
 
+    Solved as one non-negative least squares problem: the balance weighs 1000 times more than the
+    square of the sum, which has the same minimum as the linear programme up to a thousandth.
+
     Args:
         contacts: the contacts.
         wrench: (6,) external force [N] and torque about `center` [N m].
         center: (3,) point that torques refer to [m].
         friction: Coulomb's coefficient.
     """
-    from scipy.optimize import linprog
-
-    scale = 0.1
+    scale, weight = 0.1, 1000.0
+    if len(contacts.points) == 0:
+        return float("inf")
     basis = wrench_basis(contacts, center, scale, friction)
     target = -np.concatenate([wrench[:3], wrench[3:] / scale])
-    found = linprog(np.ones(basis.shape[1]), A_eq=basis, b_eq=target, method="highs")
-    return float(found.fun) if found.status == 0 else float("inf")
+    rows = np.concatenate([weight * basis, np.ones((1, basis.shape[1]))])
+    forces, _ = nnls(rows, np.append(weight * target, 0.0))
+    missing = float(np.linalg.norm(basis @ forces - target))
+    return float(forces.sum()) if missing < 0.02 * np.linalg.norm(target) else float("inf")
 
 
 def opposed(hand: GraspingHand, contacts: Contacts) -> bool:

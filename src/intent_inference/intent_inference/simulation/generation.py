@@ -1,9 +1,10 @@
 """Simulated grasps of one object: candidates, the choice of which to shake, the shake test."""
 
+import copy
 import time
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,44 +17,70 @@ from intent_inference.simulation.simulated_grasp import SimulatedGrasp
 from intent_inference.simulation.stability import ShakeConfig, ShakenGrasp, ShakeTest
 from intent_inference.simulation.task_object import TaskObject
 from intent_perception.objects import ObjectModel
+from intent_tracking.joint_table import Array
+
+_ON_HANDLE = "on the handle"
 
 
 @dataclass(frozen=True)
 class GenerationConfig:
     """How grasps of one object are generated."""
 
-    per_round: int = 40
+    wanted: int = 80
+    """Grasps of an object that shall hold."""
+    task_share: float = 0.5
+    """Share of them that shall afford each task that the object is good for."""
+    preshape_share: float = 0.12
+    """Share that shall use each pre-shape other than power."""
+    handle_share: float = 0.35
+    """Share that shall hold a vessel by its handle."""
+    per_round: int = 60
     """Candidates that are looked at before some of them are shaken."""
     shaken_per_round: int = 12
     """Candidates shaken in a round."""
-    tries_per_round: int = 1500
+    tries_per_round: int = 1200
     """Hypotheses tried in a round at most."""
-    unguided: float = 0.25
+    unguided: float = 0.15
     """Share of the shaken candidates that are drawn at random, whatever they might afford."""
+    favored: float = 0.7
+    """Share of the hypotheses drawn from approaches that gave what is still missing."""
     shake: ShakeConfig = field(default_factory=ShakeConfig)
     filter: FilterConfig = field(default_factory=FilterConfig)
 
     def __post_init__(self) -> None:
         if not 0 < self.shaken_per_round <= self.per_round <= self.tries_per_round:
             raise ValueError(f"expected shaken <= looked at <= tried per round, got {self}")
+        if self.wanted < 1:
+            raise ValueError(f"expected to want at least one grasp, got {self.wanted}")
 
 
-@dataclass(eq=False)
-class Tally:
-    """How many accepted grasps afford each task and use each pre-shape."""
+class Needs:
+    """How many accepted grasps have each trait (task, pre-shape, handle), and what is missing."""
 
-    tasks: Counter[str] = field(default_factory=Counter)
-    preshapes: Counter[str] = field(default_factory=Counter)
+    def __init__(self, hand: GraspingHand, config: GenerationConfig) -> None:
+        self._quotas = dict.fromkeys(TASKS, config.task_share * config.wanted)
+        for preshape in hand.preshapes:
+            if preshape.name != "power":
+                self._quotas[preshape.name] = config.preshape_share * config.wanted
+        self._quotas[_ON_HANDLE] = config.handle_share * config.wanted
+        self.traits = tuple(self._quotas)
+        self._counts: Counter[str] = Counter()
 
-    def add(self, preshape: str, afforded: tuple[str, ...]) -> None:
+    def add(self, traits: Iterable[str]) -> None:
         """Count one accepted grasp."""
-        self.preshapes[preshape] += 1
-        self.tasks.update(afforded)
+        self._counts.update(traits)
 
-    def worth(self, preshape: str, afforded: tuple[str, ...]) -> float:
-        """Return how much a grasp would add: rare tasks and rare pre-shapes count most."""
-        rare_tasks = sum(1.0 / (1.0 + self.tasks[task]) for task in afforded)
-        return rare_tasks + 1.0 / (4.0 + self.preshapes[preshape])
+    def missing(self) -> Array:
+        """Return the missing share (T,) of each trait, in the order of `traits`."""
+        quotas = np.array([self._quotas[trait] for trait in self.traits])
+        counts = np.array([self._counts[trait] for trait in self.traits])
+        return np.asarray(np.clip(1.0 - counts / quotas, 0.0, 1.0))
+
+    def copy(self) -> "Needs":
+        """Return needs that can be counted on without changing these."""
+        other = copy.copy(self)
+        other._counts = Counter(self._counts)
+        return other
 
 
 class GraspGenerator:
@@ -70,7 +97,8 @@ class GraspGenerator:
         self._config = config or GenerationConfig()
         self._source = CandidateSource(target, hand, rng, self._config.filter)
         self._test = ShakeTest(hand, target.model, self._config.shake)
-        self._tally = Tally()
+        self._needs = Needs(hand, self._config)
+        self._found = np.zeros((len(self._source.draws), len(self._needs.traits)))
         self.seconds: Counter[str] = Counter()
 
     def __enter__(self) -> "GraspGenerator":
@@ -88,15 +116,8 @@ class GraspGenerator:
         """Count grasps of an earlier run, so that the choice goes on where it stopped."""
         for grasp in grasps:
             if grasp.held:
-                labels = label_grasp(
-                    self.target,
-                    self.hand,
-                    grasp.T_object_hand,
-                    grasp.joints,
-                    grasp.contacts,
-                    with_forces=False,
-                )
-                self._tally.add(grasp.preshape, tuple(t for t in TASKS if labels[t].afforded))
+                pose, joints = grasp.T_object_hand, grasp.joints
+                self._needs.add(self._traits(grasp.preshape, pose, joints, grasp.contacts))
 
     def round(self, shake_all: bool = False) -> list[SimulatedGrasp]:
         """Return the next grasps, held or lost; none if no candidate was found."""
@@ -113,40 +134,55 @@ class GraspGenerator:
         return grasps
 
     def _choose(self, candidates: list[Candidate]) -> list[Candidate]:
-        """Return the candidates that are worth a shake, most valuable ones by their quick labels."""
-        config = self._config
-        free = round(config.unguided * config.shaken_per_round)
-        order = self._rng.permutation(len(candidates))
-        chosen = [candidates[index] for index in order[:free]]
-        rest = [candidates[index] for index in order[free:]]
-        afforded = [self._afforded(candidate) for candidate in rest]
-        planned = Tally(Counter(self._tally.tasks), Counter(self._tally.preshapes))
-        while rest and len(chosen) < config.shaken_per_round:
-            worth = [
-                planned.worth(c.grasp.preshape, a) for c, a in zip(rest, afforded, strict=True)
-            ]
-            best = int(np.argmax(worth))
-            chosen.append(rest.pop(best))
-            planned.add(chosen[-1].grasp.preshape, afforded.pop(best))
-        return chosen
+        """Return the candidates that are worth a shake: those with the traits most missed."""
+        config, traits = self._config, self._needs.traits
+        having = np.zeros((len(candidates), len(traits)))
+        for row, candidate in zip(having, candidates, strict=True):
+            grasp = candidate.grasp
+            found = self._traits(
+                grasp.preshape, grasp.T_object_hand, grasp.joints, candidate.contacts
+            )
+            row[[traits.index(trait) for trait in found]] = 1.0
+            self._found[candidate.approach] += row
+        left = list(self._rng.permutation(len(candidates)))
+        chosen = [
+            left.pop() for _ in range(round(config.unguided * config.shaken_per_round)) if left
+        ]
+        planned = self._needs.copy()
+        while left and len(chosen) < config.shaken_per_round:
+            worth = having[left] @ planned.missing()
+            chosen.append(left.pop(int(np.argmax(worth))))
+            planned.add(np.array(traits)[having[chosen[-1]] > 0])
+        if self._source.sampler is not None:
+            rate = self._found / (self._source.draws[:, None] + 5.0)
+            self._source.sampler.favor(rate @ self._needs.missing(), config.favored)
+        return [candidates[index] for index in chosen]
 
-    def _afforded(self, candidate: Candidate) -> tuple[str, ...]:
+    def _traits(
+        self, preshape: str, T_object_hand: Array, joints: Array, contacts: Contacts
+    ) -> list[str]:
+        """Return what a grasp would count for: afforded tasks, pre-shape, hold on a handle."""
         labels = label_grasp(
-            self.target,
-            self.hand,
-            candidate.grasp.T_object_hand,
-            candidate.grasp.joints,
-            candidate.contacts,
-            with_forces=False,
+            self.target, self.hand, T_object_hand, joints, contacts, with_forces=False
         )
-        return tuple(task for task in TASKS if labels[task].afforded)
+        traits = [task for task in TASKS if labels[task].afforded]
+        if preshape in self._needs.traits:
+            traits.append(preshape)
+        functions = self.target.model.functions
+        if functions is not None and functions.handle and functions.opening is not None:
+            names = self.target.part_names(contacts.points)
+            if contacts.of_force(np.isin(names, functions.handle)) > 0.5:
+                traits.append(_ON_HANDLE)
+        return traits
 
     def _shaken(self, candidate: Candidate) -> SimulatedGrasp:
-        result = self._test.run(candidate.grasp)
+        grasp = candidate.grasp
+        result = self._test.run(grasp)
         self.fates[Fate.NOT_SHAKEN] -= 1
         self.fates[Fate.ACCEPTED if result.held else Fate.SHAKEN_OFF] += 1
         if result.held:
-            self._tally.add(candidate.grasp.preshape, self._afforded(candidate))
+            pose, joints = result.T_object_hand, result.joints
+            self._needs.add(self._traits(grasp.preshape, pose, joints, result.contacts))
         return _simulated(self.target.model.name, candidate, result)
 
 
@@ -172,6 +208,7 @@ def plan_grasps(
         ValueError: if the mesh encloses no volume or is in the wrong unit.
     """
     held: list[SimulatedGrasp] = []
+    config = replace(config or GenerationConfig(), wanted=count)
     with GraspGenerator(TaskObject(model), hand, rng, config) as generator:
         for _ in range(most_rounds):
             held += [grasp for grasp in generator.round() if grasp.held]

@@ -1,6 +1,7 @@
 """Grasp hypotheses: free faces of the object's boxes x rolls x pre-shapes (BADGr's idea)."""
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,38 +86,59 @@ def approaches(boxes: Sequence[Box], hand: GraspingHand) -> list[Approach]:
     return found
 
 
-def sample_hypotheses(
-    choices: Sequence[Approach],
-    hand: GraspingHand,
-    extent: float,
-    center_of_mass: Array,
-    rng: np.random.Generator,
-    config: HypothesisConfig | None = None,
-) -> Iterator[Hypothesis]:
-    """Yield endless jittered hypotheses, pre-shapes in proportion to their weights.
+class HypothesisSampler:
+    """Draws jittered hypotheses; approaches that proved useful can be drawn more often.
 
     Args:
         choices: what `approaches` found.
         hand: the hand.
         extent: no point of the object is farther from its frame's origin [m].
         center_of_mass: (3,) of the object [m].
-        rng: source of the jitter.
+        rng: source of choice and jitter.
         config: spreads.
 
     Raises:
         ValueError: if there is nothing to choose from.
     """
-    config = config or HypothesisConfig()
-    if not choices:
-        raise ValueError("expected an object with at least one face that the hand can span")
-    counts: dict[int, int] = {}
-    for choice in choices:
-        counts[id(choice.preshape)] = counts.get(id(choice.preshape), 0) + 1
-    weights = np.array([c.preshape.weight / counts[id(c.preshape)] for c in choices])
-    weights /= weights.sum()
-    while True:
-        for index in rng.choice(len(choices), size=64, p=weights):
-            yield _jittered(choices[index], hand, extent, center_of_mass, rng, config)
+
+    def __init__(
+        self,
+        choices: Sequence[Approach],
+        hand: GraspingHand,
+        extent: float,
+        center_of_mass: Array,
+        rng: np.random.Generator,
+        config: HypothesisConfig | None = None,
+    ) -> None:
+        if not choices:
+            raise ValueError("expected an object with at least one face that the hand can span")
+        self._choices, self._hand, self._extent = choices, hand, extent
+        self._center_of_mass, self._rng = center_of_mass, rng
+        self._config = config or HypothesisConfig()
+        counts = Counter(id(choice.preshape) for choice in choices)
+        base = np.array([c.preshape.weight / counts[id(c.preshape)] for c in choices])
+        self._base = base / base.sum()
+        self._weights = self._base
+
+    def __len__(self) -> int:
+        """Return the number of approaches."""
+        return len(self._choices)
+
+    def favor(self, scores: Array, share: float) -> None:
+        """Draw a share of the hypotheses in proportion to scores (N,) of the approaches >= 0."""
+        useful = self._base * scores
+        total = float(useful.sum())
+        self._weights = self._base
+        if total > 0.0:
+            self._weights = (1.0 - share) * self._base + share * useful / total
+
+    def draw(self) -> tuple[int, Hypothesis]:
+        """Return the index of an approach and a hypothesis of it."""
+        index = int(self._rng.choice(len(self._choices), p=self._weights))
+        choice = self._choices[index]
+        return index, _jittered(
+            choice, self._hand, self._extent, self._center_of_mass, self._rng, self._config
+        )
 
 
 def _is_free(point: Array, boxes: Sequence[Box]) -> bool:

@@ -1,6 +1,5 @@
 """Where could another person take this object? Stratified receiver grasps, checked for room."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -10,7 +9,7 @@ import numpy as np
 from intent_inference.simulation.autograsp import Fate, close_hand
 from intent_inference.simulation.contacts import gravity_residual, touching
 from intent_inference.simulation.grasping_hand import Floats, GraspingHand
-from intent_inference.simulation.hypotheses import Hypothesis, approaches, sample_hypotheses
+from intent_inference.simulation.hypotheses import HypothesisSampler, approaches
 from intent_inference.simulation.task_object import TaskObject
 from intent_perception.geometry import transform_points
 from intent_tracking.joint_table import Array
@@ -76,10 +75,14 @@ def _banks(target: TaskObject) -> ReceiverBank:
     placed: list[Array] = []
     strata: dict[tuple[int, ...], int] = {}
     radii = np.zeros(0)
-    stream: Iterator[Hypothesis] = iter(())
-    if choices:
-        stream = sample_hypotheses(choices, hand, target.extent, target.center_of_mass, rng)
-    for _, hypothesis in zip(range(_TRIES), stream, strict=False):
+    sampler = (
+        HypothesisSampler(choices, hand, target.extent, target.center_of_mass, rng)
+        if choices
+        else None
+    )
+    for _ in range(_TRIES if sampler else 0):
+        assert sampler is not None
+        _, hypothesis = sampler.draw()
         fate, grasp = close_hand(hand, target.field, hypothesis)
         if fate is not Fate.CLOSED or grasp is None:
             continue
@@ -89,7 +92,10 @@ def _banks(target: TaskObject) -> ReceiverBank:
         contacts = touching(hand, target.field, grasp.spheres, grasp.clearance)
         if target.edge_distance(contacts.points).min(initial=1.0) < 0.006:
             continue
-        if gravity_residual(contacts, target.center_of_mass, target.reach, 0.8, target.weight) > 0.25:
+        if (
+            gravity_residual(contacts, target.center_of_mass, target.reach, 0.8, target.weight)
+            > 0.25
+        ):
             continue
         strata[stratum] = strata.get(stratum, 0) + 1
         centers, radii = with_forearm(hand, grasp.T_object_hand, grasp.spheres)

@@ -39,8 +39,10 @@ class ShakeConfig:
     """The object's centre of mass may move less than this [m]."""
     rotation: float = 0.4
     """The object may turn less than this [rad]."""
-    squeeze: float = 0.15
-    """The fingers' targets lie this far beyond the contact [rad]."""
+    squeeze: float = 0.04
+    """The fingers' targets lie this far beyond the contact: more pushes the object away [rad]."""
+    stiffness: float = 0.4
+    """Share of a joint's error that its motor would remove in one step, torque permitting."""
     settling_drift: float = 0.04
     """The object may move less than this while the hand closes [m]."""
     friction: float = 0.8
@@ -225,7 +227,7 @@ class _Engine:
             pybullet.POSITION_CONTROL,
             targetPositions=(self._ratios * target[self._drivers]).tolist(),
             forces=effort[self._drivers].tolist(),
-            positionGains=[0.15] * len(self._joint_ids),
+            positionGains=[self._config.stiffness] * len(self._joint_ids),
             velocityGains=[0.6] * len(self._joint_ids),
             physicsClientId=client,
         )
