@@ -3,6 +3,7 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +29,8 @@ class RecognizerConfig:
     """Objects less probable are not reported, 0..1."""
     hand_distance: float = 0.10
     """A hand this near an object holds the answer [m], 0..1."""
+    edge: float = 0.03
+    """Changes this near the table's edge do not count: the demonstrator sits there [m], 0..1."""
     changed_pixels: int = 150
     """Pixels that differ from the last answer's scene when it is looked at again, 1..100000."""
     changed_depth: float = 0.012
@@ -105,7 +108,7 @@ class Recognizer:
         table = detector.table(image)
         arm = arm_pixels(image, table, config.arm)
         if self._answer is not None and (
-            table is None or self._held(image, table, arm) or not self._changed(image, arm)
+            table is None or self._held(image, table, arm) or not self._changed(image, table, arm)
         ):
             return None
         findings = detector.find_in(image, table, ~arm)
@@ -128,12 +131,14 @@ class Recognizer:
                 return True
         return False
 
-    def _changed(self, image: OrientedImage, arm: NDArray[np.bool_]) -> bool:
+    def _changed(self, image: OrientedImage, table: TablePlane, arm: NDArray[np.bool_]) -> bool:
         """Return whether the scene differs from the one of the answer in more than noise."""
         assert self._seen is not None
         if self._seen.shape != image.smooth.shape:
             return True
-        both = (self._seen > 0.0) & (image.smooth > 0.0) & ~arm
+        near_arm = cv2.dilate(arm.astype(np.uint8), np.ones((15, 15), np.uint8)) > 0
+        both = (self._seen > 0.0) & (image.smooth > 0.0) & ~near_arm
+        both &= table.inset(image.points()) > self._config.edge
         differs = both & (np.abs(self._seen - image.smooth) > self._config.changed_depth)
         # single pixels at edges flicker
         steady = differs[1:-1, 1:-1] & differs[:-2, 1:-1] & differs[2:, 1:-1]
