@@ -125,8 +125,10 @@ def test_no_planned_grasp_comes_nearer_to_table_or_neighbour_than_allowed(
         objects, objects=(objects.objects[0], replace(objects.objects[1], T_table_object=near))
     )
     model = MadeUpModel({"mug": 0.9, "bottle": 0.1})
-    alone = planned(planner(database, library, model, grasps=250), table(database, "mug_1"))
-    both = planned(planner(database, library, model, grasps=250), crowded)
+    alone = planned(
+        planner(database, library, model, grasps=250, table_gap=0.004), table(database, "mug_1")
+    )
+    both = planned(planner(database, library, model, grasps=250, table_gap=0.004), crowded)
     assert 0 < len(both.grasps) < len(alone.grasps)
     assert all(grasp.score_parts["clearance"] >= 0.004 for grasp in both.grasps)
 

@@ -35,7 +35,7 @@ class PlannerConfig:
     """Least p(t* | o) of an object that may be chosen."""
     minimum_grasp: float = 0.5
     """Least p(t* | o, a) of its best reachable grasp; below, the object is unfit."""
-    table_gap: float = 0.004
+    table_gap: float = 0.001
     """Least gap between hand and table on the way [m]."""
     neighbour_gap: float = 0.005
     """Least gap between hand and other objects on the way [m]."""

@@ -27,11 +27,12 @@ from intent_inference.simulation.stability import ShakeTest
 from intent_inference.simulation.task_object import TaskObject
 from intent_perception.objects import ObjectDatabase, ObjectModel
 
-_TRIES = 800
-_SHAKEN = (16, 6, 6)
-"""Candidates shaken for the natural rest and for two others."""
-_FEW = 12
-"""With fewer candidates than this, the tries are repeated once."""
+_TRIES = 700
+"""Hypotheses tried for each rest of an object."""
+_WANTED = (9, 4, 3)
+"""Grasps wanted for the natural rest and for two others."""
+_SHAKEN = 30
+"""Candidates shaken at most for each rest."""
 
 
 def practised_grasps(
@@ -47,20 +48,23 @@ def practised_grasps(
     target, config = TaskObject(model), TabletopConfig()
     found: list[SimulatedGrasp] = []
     with ShakeTest(hand, model) as test:
-        for pose, count in zip(model.stable_poses, _SHAKEN, strict=False):
-            candidates = tabletop_candidates(target, hand, pose, rng, _TRIES, config)
-            if len(candidates) < _FEW:
-                candidates += tabletop_candidates(target, hand, pose, rng, 2 * _TRIES, config)
-            grasps = [_shaken(model, test, candidate) for candidate in _spread(candidates, count)]
-            found += _with_room(target, hand, pose, [grasp for grasp in grasps if grasp.held])
+        for pose, wanted in zip(model.stable_poses, _WANTED, strict=False):
+            candidates = _spread(tabletop_candidates(target, hand, pose, rng, _TRIES, config))
+            held: list[SimulatedGrasp] = []
+            for candidate in candidates:
+                grasp = _shaken(model, test, candidate)
+                held += _with_room(target, hand, pose, [grasp]) if grasp.held else []
+                if len(held) == wanted:
+                    break
+            found += held
     return found
 
 
-def _spread(candidates: list[RestingGrasp], count: int) -> list[RestingGrasp]:
-    """Return at most `count` candidates, as different as possible."""
+def _spread(candidates: list[RestingGrasp]) -> list[RestingGrasp]:
+    """Return the candidates to be shaken, each as different as possible from those before."""
     poses = np.array([c.grasp.T_object_hand for c in candidates]).reshape(-1, 4, 4)
     firmness = np.array([1.0 - c.residual for c in candidates])
-    return [candidates[k] for k in varied(poses, firmness, count)]
+    return [candidates[k] for k in varied(poses, firmness, _SHAKEN)]
 
 
 def _shaken(model: ObjectModel, test: ShakeTest, candidate: RestingGrasp) -> SimulatedGrasp:
@@ -95,7 +99,7 @@ def _with_room(
         np.array([grasp.pregrasp for grasp in grasps]),
         np.array([grasp.joints for grasp in grasps]),
     )
-    return [grasp for grasp, gap in zip(grasps, room, strict=True) if gap > 0.001]
+    return [grasp for grasp, gap in zip(grasps, room, strict=True) if gap > 0.0005]
 
 
 def main() -> None:
@@ -118,7 +122,11 @@ def main() -> None:
         file = arguments.archive / f"{model.name}.npz"
         if not file.is_file():
             rng = np.random.default_rng([arguments.seed, number])
-            save_grasps(file, practised_grasps(model, hand, rng))
+            practised = practised_grasps(model, hand, rng)
+            if not practised:
+                print(f"{model.name:16s} no grasp holds", flush=True)
+                continue
+            save_grasps(file, practised)
         grasps = load_grasps(file)[0]
         target = TaskObject(model)
         rows += [row_of_grasp(target, hand, grasp) for grasp in grasps]

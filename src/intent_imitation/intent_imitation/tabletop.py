@@ -26,7 +26,7 @@ _CLOSING = np.linspace(0.0, 1.2, 9)  # how far the fastest joint may close [rad]
 class TabletopConfig:
     """How hypotheses are spread around an object at rest."""
 
-    gap: float = 0.0045
+    gap: float = 0.002
     """Least gap between hand and table [m]."""
     from_above: float = 0.6
     """Share of the hypotheses that come from above."""
@@ -221,7 +221,7 @@ def _way(
     travel = back + (rng.uniform(0.0, 0.02) if preshape.stop == "center" else target.extent)
     if approach[2] < -0.05:
         lowest = _lowest(hand, preshape, rotation) + position[2]
-        room = lowest - config.gap - rng.exponential(0.004)
+        room = lowest - config.gap - rng.exponential(0.003)
         travel = min(travel, room / -approach[2])
     return make_pose(rotation, position), float(max(travel, 0.0))
 

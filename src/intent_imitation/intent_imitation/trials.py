@@ -1,0 +1,174 @@
+"""One random table after another: plan, judge the choice, carry out the grasp and its rivals."""
+
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import intent_inference
+from intent_imitation.copying import copied_grasp
+from intent_imitation.execution import Outcome, World
+from intent_imitation.experience import Judge, LabelledGrasps, merged_table, read_experience
+from intent_imitation.library import SHARE, GraspLibrary
+from intent_imitation.plan import GraspCandidate
+from intent_imitation.planner import GraspPlanner
+from intent_imitation.scenes import FITTING, Scene, SceneMaker, merged
+from intent_inference.dataset import read_grasps
+from intent_inference.learning.fitting import train
+from intent_inference.model import TaskModel
+from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.simulation.labels import label_grasp
+from intent_inference.simulation.task_object import TaskObject
+from intent_perception.objects import CLUTTER, ObjectDatabase, ObjectModel
+
+DATA = Path(intent_inference.__file__).parent / "share" / "data"
+TABLES = (DATA / "schunk.csv.gz", SHARE / "tabletop.csv.gz")
+"""Labelled grasps of the robot's hand: in free space, and of objects at rest."""
+TASKS = tuple(FITTING)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What happened on one table; None where it does not apply."""
+
+    task: str
+    fitting: bool
+    """Some object affords the task."""
+    unseen: bool
+    """The chosen object (without a choice: one that fits) was not in training."""
+    refused: bool
+    """The planner said that nothing affords the task."""
+    seconds: float
+    """CPU time of planning [s]."""
+    correct: bool | None = None
+    """The chosen object affords the task (tables with a fitting object)."""
+    class_only: bool | None = None
+    """The object of the class most likely for the task affords it."""
+    held: bool | None = None
+    """The executed grasp held through lift and task motion."""
+    rule: bool | None = None
+    """The executed grasp satisfies the task's label rule."""
+    random_rule: float | None = None
+    """Share of the chosen object's stable grasps that do."""
+    copied_held: bool | None = None
+    copied_rule: bool | None = None
+    """The same for the human's posture, copied onto the chosen object."""
+
+
+class Laboratory:
+    """Everything that the trials share."""
+
+    def __init__(self, seed: int) -> None:
+        """Train BN^R on half of the objects of each class and open the data sets."""
+        self.hand = GraspingHand.load("schunk")
+        known, clutter = ObjectDatabase.load(), ObjectDatabase.load(CLUTTER)
+        self.unseen = frozenset(
+            model.name for model in known.models if int(model.name.rsplit("_", 1)[1]) % 2
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            file = merged_table([path for path in TABLES if path.is_file()], Path(folder))
+            table = read_grasps(file, list(TASKS))
+            self.judge = Judge(self.hand, read_experience(file, self.hand))
+        practised = ~np.isin(table.columns["object_id"], list(self.unseen))
+        self.model = train(table.select(practised), np.random.default_rng(seed))
+        self.maker = SceneMaker(known, clutter, self.unseen)
+        self.planner = GraspPlanner(
+            merged(known, clutter), model=self.model, library=GraspLibrary.load()
+        )
+        self.human = read_experience(DATA / "human.csv.gz", GraspingHand.load("human"))
+        self._targets: dict[str, TaskObject] = {}
+
+    def target(self, model: ObjectModel) -> TaskObject:
+        """Return an object prepared for labelling."""
+        if model.name not in self._targets:
+            self._targets[model.name] = TaskObject(model)
+        return self._targets[model.name]
+
+
+def run_trial(laboratory: Laboratory, scene: Scene, rng: np.random.Generator) -> Trial:
+    """Plan on one table, judge the choice, carry out the grasp and the copied posture."""
+    objects = scene.recognized()
+    laboratory.planner.start(objects)
+    started = time.process_time()
+    plan = laboratory.planner.plan(scene.task)
+    seconds = time.process_time() - started
+    affording = laboratory.judge.affording(scene)
+    fitting = any(affording)
+    blind = affording[class_choice(laboratory.model, scene, rng)] if fitting else None
+    if not plan.grasps:
+        hidden = any(u and a for u, a in zip(scene.unseen, affording, strict=True))
+        missed = False if fitting else None
+        return Trial(scene.task, fitting, hidden, True, seconds, missed, blind)
+    index = [item.id for item in objects.objects].index(plan.grasps[0].object_id)
+    outcome, rule = executed(laboratory, scene, plan.grasps[0], index)
+    share = laboratory.judge.share(scene.models[index].name, scene.task)
+    copied = copied_posture(laboratory, scene, index, rng)
+    copied_held = copied_rule = None
+    if copied is not None:
+        copied_outcome, copied_rule = executed(laboratory, scene, copied, index)
+        copied_held = copied_outcome.held
+    return Trial(
+        scene.task,
+        fitting,
+        scene.unseen[index],
+        False,
+        seconds,
+        affording[index] if fitting else None,
+        blind,
+        outcome.held,
+        rule,
+        None if np.isnan(share) else share,
+        copied_held,
+        copied_rule,
+    )
+
+
+def class_choice(model: TaskModel, scene: Scene, rng: np.random.Generator) -> int:
+    """Return the object that the class alone would choose; hidden classes are all alike."""
+    classes = np.array([item.object_class for item in scene.recognized().objects])
+    chances = model.posterior({"obcl": classes})[:, model.tasks.index(scene.task)]
+    return int(np.argmax(chances + 1e-6 * rng.random(len(chances))))
+
+
+def executed(
+    laboratory: Laboratory, scene: Scene, grasp: GraspCandidate, index: int
+) -> tuple[Outcome, bool | None]:
+    """Return what became of a grasp, and whether it satisfied the task's rule."""
+    with World(laboratory.hand, scene.models, scene.T_table_objects) as world:
+        outcome = world.execute(grasp, index, scene.task)
+    labels = label_grasp(
+        laboratory.target(scene.models[index]),
+        laboratory.hand,
+        outcome.T_object_hand,
+        outcome.joints,
+        outcome.contacts,
+    )
+    return outcome, labels[scene.task].afforded
+
+
+def copied_posture(
+    laboratory: Laboratory, scene: Scene, index: int, rng: np.random.Generator
+) -> GraspCandidate | None:
+    """Return the robot's copy of a human grasp for the task on an object of the same class.
+
+    The human's object is the robot's own where a human grasp of it affords the task; None where no
+    object of the class has one, or the robot's hand closes on nothing.
+    """
+    model = scene.models[index]
+    own = [name for name in laboratory.human if name.rsplit("_", 1)[0] == model.object_class]
+    names = [name for name in (model.name, *own) if _fitting_rows(laboratory.human, name, scene)]
+    if not names:
+        return None
+    rows = _fitting_rows(laboratory.human, names[0], scene)
+    human = laboratory.human[names[0]].T_object_hand[rows[int(rng.integers(len(rows)))]]
+    pose = scene.T_table_objects[index]
+    return copied_grasp(laboratory.target(model), laboratory.hand, human, pose, model.name)
+
+
+def _fitting_rows(human: dict[str, LabelledGrasps], name: str, scene: Scene) -> list[int]:
+    """Return the rows of human grasps of an object that afford the scene's task."""
+    if name not in human:
+        return []
+    return [int(row) for row in np.flatnonzero(human[name].labels[scene.task])]
