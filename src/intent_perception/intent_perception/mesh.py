@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import ConvexHull
 
@@ -218,12 +218,15 @@ def _consistent(mesh: Mesh) -> Faces:
     against = forward[first] == forward[second]
     size = (len(faces), len(faces))
     links = coo_array((1 + against.astype(np.int8), (first // 3, second // 3)), shape=size)
-    graph = (links + links.T).tocsr()
+    # the matrix type: picked elements come back dense, however many there are
+    graph = csr_matrix(links + links.T)
     count_pieces, piece = connected_components(graph, directed=False)
     flipped = np.zeros(len(faces), dtype=bool)
     for root in np.unique(piece, return_index=True)[1]:
         reached, before = breadth_first_order(graph, root, directed=False)
         parents = before[reached[1:]]
+        if len(parents) == 0:
+            continue
         turn = np.asarray(graph[reached[1:], parents]).ravel() == 2
         for face, parent, turned in zip(reached[1:], parents, turn, strict=True):
             flipped[face] = flipped[parent] ^ turned
