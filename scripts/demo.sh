@@ -23,7 +23,7 @@ while [ $# -gt 0 ]; do
     *) bag=$(realpath -m "$1") && shift ;;
   esac
 done
-bag=${bag:-$root/bags/$(cat "$root/bags/default" 2>/dev/null || echo pouring_bottle)}
+bag=${bag:-$root/bags/pour_bottle}
 "$here/setup.sh"
 enter_venv
 enter_overlay
@@ -50,10 +50,10 @@ start intent_imitation imitation "${common[@]}" -r imitation/robot_objects:=/rob
 nodes=("${pids[@]}")
 start intent_imitation demo "$bag" --robot-bag "$robot" ${models:+--models "$models"} --out "$out"
 demo=${pids[-1]}
-start intent_perception replay "$robot" --lockstep --objects-only --wait 240 --timeout 240 \
+start intent_perception replay "$robot" --lockstep --objects-only --wait 480 --timeout 480 \
   --ros-args --log-level warn -r __ns:=/robot
 finish "${pids[-1]}" "${nodes[@]}" || fail "the robot's table was not recognised; see the messages above"
-start intent_perception replay "$bag" --lockstep --subscribers 2 --wait 240 --timeout 240 \
+start intent_perception replay "$bag" --lockstep --subscribers 2 --wait 480 --timeout 480 \
   --ros-args --log-level warn
 finish "${pids[-1]}" "${nodes[@]}" || fail "the bag was not played to its end; see the messages above"
 finish "$demo" "${nodes[@]}" || fail "the run gave no result; see the messages above"

@@ -161,6 +161,12 @@ def still_bag(path: Path, frame: RgbdFrame, count: int) -> Path:
     return path
 
 
+def shipped_bag(name: str) -> Path:
+    """Return a shipped bag, else the one that bags/make.py has made."""
+    bags = Path(__file__).resolve().parent.parent.parent / "bags"
+    return bags / name if (bags / name).is_dir() else bags / "generated" / name
+
+
 def cut_bag(source: Path, path: Path, frames: slice) -> Path:
     """Write some of the frames of a bag to another, colours raw so that nothing changes."""
     with BagWriter(path, color="raw") as writer:

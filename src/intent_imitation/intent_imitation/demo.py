@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TextIO
 
 import numpy as np
-from intent_tracking.grasp import StableGrasp
 
 from intent_imitation.plan import GraspPlan
 from intent_imitation.record import DemoRecord, DemoTruth, moments, result
@@ -19,6 +18,7 @@ from intent_perception.camera import RgbdFrame
 from intent_perception.objects import ObjectDatabase
 from intent_perception.recognition import RecognizedObjects
 from intent_perception.replay import bundles
+from intent_tracking.grasp import StableGrasp
 from intent_tracking.scene import SceneState
 
 
