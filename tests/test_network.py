@@ -110,20 +110,6 @@ def test_scaling_a_likelihood_leaves_the_posterior_unchanged() -> None:
     np.testing.assert_allclose(schedule.query(likelihood)[0], schedule.query(scaled)[0], rtol=1e-12)
 
 
-def test_a_gate_skips_work_but_changes_no_answer() -> None:
-    rng = np.random.default_rng(5)
-    for _ in range(20):
-        network = random_network(rng, 7)
-        ends = np.cumsum(network.states)
-        starts = ends - np.array(network.states)
-        likelihood = random_evidence(rng, network, 0)
-        likelihood[starts[1] : ends[1]] = np.eye(network.states[1])[0]
-        gated = compile_networks([network], "v0", [starts], gate="v1").query(likelihood)
-        plain = compile_networks([network], "v0", [starts]).query(likelihood)
-        np.testing.assert_allclose(gated[0], plain[0], atol=1e-12)
-        np.testing.assert_allclose(gated[1], plain[1], atol=1e-10)
-
-
 def test_many_networks_and_rows_at_once_equal_one_at_a_time() -> None:
     rng = np.random.default_rng(6)
     first, second = (random_network(np.random.default_rng(s), 5, 3) for s in (1, 2))

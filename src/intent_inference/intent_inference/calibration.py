@@ -4,10 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from intent_perception.geometry import Array
 
 _LARGEST = 30.0
+_SLOPE = 0.1
+"""Of the map beyond its outermost knots."""
 _ROUNDS = 50
 
 
@@ -26,14 +29,29 @@ class Calibration:
 
     def apply(self, log_odds: Array) -> Array:
         """Return calibrated log-odds (N,) of the networks' log-odds (N, M)."""
-        score = np.clip(log_odds, -_LARGEST, _LARGEST) @ self.weights
-        inside = np.interp(score, self.knots, self.levels)
-        # Straight on beyond the knots, so that the order of extreme cases is kept.
-        slope = 0.1
-        below = np.minimum(score - self.knots[0], 0.0)
-        above = np.maximum(score - self.knots[-1], 0.0)
-        result: Array = inside + slope * (below + above)
+        result: Array = _calibrated(log_odds, self.weights, self.knots, self.levels)
         return result
+
+
+@njit(cache=True, error_model="numpy")
+def _calibrated(log_odds: Array, weights: Array, knots: Array, levels: Array) -> Array:
+    """Return the piecewise-linear map of the weighted log-odds (N, M) -> (N,)."""
+    result = np.empty(log_odds.shape[0])
+    last = len(knots) - 1
+    for n in range(log_odds.shape[0]):
+        score = 0.0
+        for m in range(len(weights)):
+            score += weights[m] * min(max(log_odds[n, m], -_LARGEST), _LARGEST)
+        # Straight on beyond the knots, so that the order of extreme cases is kept.
+        if score <= knots[0]:
+            result[n] = levels[0] + _SLOPE * (score - knots[0])
+        elif score >= knots[last]:
+            result[n] = levels[last] + _SLOPE * (score - knots[last])
+        else:
+            j = np.searchsorted(knots, score, side="right") - 1
+            share = (score - knots[j]) / (knots[j + 1] - knots[j])
+            result[n] = levels[j] + share * (levels[j + 1] - levels[j])
+    return result
 
 
 def sigmoid(log_odds: Array) -> Array:

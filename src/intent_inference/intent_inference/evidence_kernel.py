@@ -16,6 +16,8 @@ Mask = NDArray[np.bool_]
 PLAIN, LOGARITHM, ROTATION, DIRECTION = 0, 1, 2, 3
 LARGEST_DIMENSION = 24
 SHORTEST = 1e-3
+NEGLIGIBLE = -25.0
+"""Log likelihood ratio to the best state below which a state is ruled out: networks skip it."""
 _FAST = {"reassoc", "contract", "arcp", "nsz"}
 
 
@@ -192,7 +194,8 @@ def block_likelihoods(
                 likelihoods[n, start + k] = density
                 top = max(top, density)
             for k in range(states):
-                likelihoods[n, start + k] = np.exp(likelihoods[n, start + k] - top)
+                relative = likelihoods[n, start + k] - top
+                likelihoods[n, start + k] = np.exp(relative) if relative > NEGLIGIBLE else 0.0
             log_scale[n, b + 1] = top
 
 

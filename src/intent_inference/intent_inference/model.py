@@ -148,7 +148,7 @@ class TaskModel:
             for member, network in zip(chosen, networks, strict=True):
                 start = [self._start_of(member, v) for v in network.names]
                 starts.append(np.array(start, dtype=np.int64))
-            self._schedules[name] = compile_networks(networks, target, starts, gate=OBJECT_CLASS)
+            self._schedules[name] = compile_networks(networks, target, starts)
         return self._schedules[name]
 
     def _start_of(self, member: Member, variable: str) -> int:

@@ -47,24 +47,24 @@ class DiscreteNetwork:
 class Schedule:
     """Flat arrays of one or more compiled networks that share a vector of likelihoods."""
 
-    tables: Array
-    """All constant tables, one after the other."""
-    workspace: int
-    """Length of the buffer of messages."""
+    buffer: Array
+    """All constant tables, one after the other, then room for the messages of one query at a time:
+    a schedule is not to be asked from two threads."""
     steps: Index
     """(S, 8): likelihood start, states, message start, message size, first factor, end of factors,
-    gate's likelihood start or -1, gate's states."""
+    first gate, end of gates."""
     gates: Index
-    """(S, 1): how many message entries lie between two states of the gate variable."""
+    """(E, 3) variables of a message other than the target: likelihood start, entries between two
+    states, states. Entries in states of likelihood zero are skipped."""
     factors: Index
-    """(F, 4): 1 if a message else 0, start in its buffer, stride of the eliminated variable,
-    start of the map from message entry to factor entry."""
+    """(F, 3): start in the buffer, stride of the eliminated variable, start of the map from message
+    entry to factor entry."""
     maps: Index
     """Entries of a factor for each entry of the message made from it."""
     networks: Index
     """(G, 4): first step, end of steps, first final factor, end of final factors."""
     finals: Index
-    """(H, 3): 1 if a message else 0, start, stride of the target (0: a constant)."""
+    """(H, 2): start in the buffer, stride of the target (0: a constant)."""
     target_states: int
     target_likelihood: Index
     """(G,) start of the target's own likelihoods, or -1."""
@@ -88,9 +88,8 @@ class Schedule:
         posterior = np.empty((len(self.networks), len(likelihoods), self.target_states))
         evidence = np.empty((len(self.networks), len(likelihoods)))
         _run(
-            likelihoods, self.tables, self.steps, self.gates, self.factors, self.maps,
-            self.networks, self.finals, self.target_likelihood, np.empty(self.workspace),
-            posterior, evidence,
+            likelihoods, self.buffer, self.steps, self.gates, self.factors, self.maps,
+            self.networks, self.finals, self.target_likelihood, posterior, evidence,
         )  # fmt: skip
         if np.any(np.isneginf(evidence)):
             raise ValueError("the evidence has probability zero under the network")
@@ -104,7 +103,7 @@ _FAST = {"reassoc", "contract", "arcp", "nsz"}
 @njit(cache=True, error_model="numpy", fastmath=_FAST)
 def _run(
     likelihoods: Array,
-    tables: Array,
+    buffer: Array,
     steps: Index,
     gates: Index,
     factors: Index,
@@ -112,16 +111,18 @@ def _run(
     networks: Index,
     finals: Index,
     target_likelihood: Index,
-    messages: Array,
     posterior: Array,
     evidence: Array,
 ) -> None:
+    widest = np.max(steps[:, 1]) if len(steps) else 1
+    active = np.empty(widest, dtype=np.int64)
+    weight = np.empty(widest)
     for n in range(likelihoods.shape[0]):
         for g in range(networks.shape[0]):
             log_scale = 0.0
             for s in range(networks[g, 0], networks[g, 1]):
                 largest = _eliminate(
-                    likelihoods[n], tables, steps[s], gates[s, 0], factors, maps, messages
+                    likelihoods[n], buffer, steps[s], gates, factors, maps, active, weight
                 )
                 log_scale += np.log(largest)
             total = 0.0
@@ -130,11 +131,7 @@ def _run(
                 if target_likelihood[g] >= 0:
                     product = likelihoods[n, target_likelihood[g] + k]
                 for f in range(networks[g, 2], networks[g, 3]):
-                    entry = finals[f, 1] + k * finals[f, 2]
-                    if finals[f, 0] == 1:
-                        product *= messages[entry]
-                    else:
-                        product *= tables[entry]
+                    product *= buffer[finals[f, 0] + k * finals[f, 1]]
                 posterior[g, n, k] = product
                 total += product
             for k in range(posterior.shape[2]):
@@ -145,43 +142,52 @@ def _run(
 @njit(cache=True, error_model="numpy", fastmath=_FAST)
 def _eliminate(
     likelihood: Array,
-    tables: Array,
+    buffer: Array,
     step: Index,
-    gate_stride: int,
+    gates: Index,
     factors: Index,
     maps: Index,
-    messages: Array,
+    active: Index,
+    weight: Array,
 ) -> float:
     """Write one step's message, scaled to a largest entry of 1; return what it was scaled by."""
-    start, states, out, size, first, end, gate, turns = step
-    own = likelihood[start : start + states]
-    work = np.empty(states)
+    start, states, out, size, first, end, first_gate, end_gate = step
+    count = 0
+    for j in range(states):
+        if likelihood[start + j] > 0.0:
+            active[count] = j
+            weight[count] = likelihood[start + j]
+            count += 1
     largest = 0.0
     for o in range(size):
-        if gate >= 0 and likelihood[gate + (o // gate_stride) % turns] == 0.0:
-            messages[out + o] = 0.0
-            continue
-        for j in range(states):
-            work[j] = own[j]
-        for f in range(first, end):
-            base, stride = factors[f, 1] + maps[factors[f, 3] + o], factors[f, 2]
-            source = messages if factors[f, 0] == 1 else tables
-            if stride == 1:
-                row = source[base : base + states]
-                for j in range(states):
-                    work[j] *= row[j]
-            else:
-                for j in range(states):
-                    work[j] *= source[base + j * stride]
         total = 0.0
-        for j in range(states):
-            total += work[j]
-        messages[out + o] = total
+        if _possible(likelihood, gates, first_gate, end_gate, o):
+            base, stride = factors[first, 0] + maps[factors[first, 2] + o], factors[first, 1]
+            if end == first + 1:
+                for a in range(count):
+                    total += weight[a] * buffer[base + active[a] * stride]
+            else:
+                for a in range(count):
+                    product = weight[a] * buffer[base + active[a] * stride]
+                    for f in range(first + 1, end):
+                        entry = maps[factors[f, 2] + o] + active[a] * factors[f, 1]
+                        product *= buffer[factors[f, 0] + entry]
+                    total += product
+        buffer[out + o] = total
         largest = max(largest, total)
     if largest > 0.0:
         for o in range(size):
-            messages[out + o] /= largest
+            buffer[out + o] /= largest
     return largest
+
+
+@njit(cache=True, error_model="numpy", fastmath=_FAST)
+def _possible(likelihood: Array, gates: Index, first: int, end: int, entry: int) -> bool:
+    """Return whether no variable of a message's entry is in a state that evidence rules out."""
+    for g in range(first, end):
+        if likelihood[gates[g, 0] + (entry // gates[g, 1]) % gates[g, 2]] == 0.0:
+            return False
+    return True
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,7 +218,7 @@ class _Compiler:
         self.networks: list[list[int]] = []
         self.finals: list[list[int]] = []
 
-    def add(self, network: DiscreteNetwork, target: int, starts: Index, gate: int | None) -> None:
+    def add(self, network: DiscreteNetwork, target: int, starts: Index) -> None:
         """Eliminate all variables of a network but the target, cheapest message first."""
         states = network.states
         live: list[_Factor] = []
@@ -229,7 +235,7 @@ class _Compiler:
             remaining.remove(variable)
             used = [f for f in live if variable in f.scope]
             live = [f for f in live if variable not in f.scope]
-            live.append(self._eliminate(variable, used, states, starts, gate))
+            live.append(self._eliminate(variable, used, states, starts, target))
         first_final = len(self.finals)
         for factor in live:
             stride = factor.strides().get(target, 0)
@@ -238,7 +244,7 @@ class _Compiler:
 
     def _eliminate(
         self, variable: int, used: list[_Factor], states: tuple[int, ...], starts: Index,
-        gate: int | None,
+        target: int,
     ) -> _Factor:  # fmt: skip
         largest = max(used, key=lambda f: len(f.scope))
         order = dict.fromkeys([*largest.scope, *(v for f in used for v in f.scope)])
@@ -258,13 +264,14 @@ class _Compiler:
             self.maps.append(entries)
             self.map_size += size
         message = _Factor(scope, shape, True, self.message_size)
-        gated = gate is not None and gate in scope
+        first_gate = len(self.gates)
+        for other, stride in message.strides().items():
+            if other != target:
+                self.gates.append([int(starts[other]), stride, states[other]])
         self.steps.append([
             int(starts[variable]), states[variable], message.start, size, first, len(self.factors),
-            int(starts[gate]) if gate is not None and gated else -1,
-            states[gate] if gate is not None and gated else 1,
+            first_gate, len(self.gates),
         ])  # fmt: skip
-        self.gates.append([message.strides()[gate] if gate is not None and gated else 1])
         self.message_size += size
         return message
 
@@ -278,7 +285,6 @@ def compile_networks(
     networks: Sequence[DiscreteNetwork],
     target: str,
     starts: Sequence[Index],
-    gate: str | None = None,
 ) -> Schedule:
     """Return one schedule that answers p(target | evidence) in all the networks.
 
@@ -287,8 +293,6 @@ def compile_networks(
         target: the variable asked for.
         starts: per network (V,): where the likelihoods of each of its variables begin in the shared
             vector; -1 only for the target (no evidence about it).
-        gate: a variable whose evidence is often one-hot (the object class): entries of messages
-            that its zeros rule out are skipped.
 
     Raises:
         ValueError: if the target's states differ or a variable has no likelihoods.
@@ -302,23 +306,28 @@ def compile_networks(
         index = network.names.index(target)
         if any(s < 0 for v, s in enumerate(start) if v != index):
             raise ValueError("expected likelihoods for every variable but the target")
-        has_gate = gate is not None and gate in network.names and gate != target
-        compiler.add(
-            network, index, start, network.names.index(gate) if gate and has_gate else None
-        )
+        compiler.add(network, index, start)
         target_starts.append(int(start[index]))
+    steps = np.array(compiler.steps, dtype=np.int64).reshape(-1, 8)
+    steps[:, 2] += compiler.table_size
     return Schedule(
-        tables=np.concatenate(compiler.tables),
-        workspace=max(compiler.message_size, 1),
-        steps=np.array(compiler.steps, dtype=np.int64).reshape(-1, 8),
-        gates=np.array(compiler.gates, dtype=np.int64).reshape(-1, 1),
-        factors=np.array(compiler.factors, dtype=np.int64).reshape(-1, 4),
+        buffer=np.concatenate([*compiler.tables, np.zeros(compiler.message_size)]),
+        steps=steps,
+        gates=np.array(compiler.gates, dtype=np.int64).reshape(-1, 3),
+        factors=_placed(compiler.factors, 4, compiler.table_size),
         maps=np.concatenate(compiler.maps) if compiler.maps else np.zeros(0, np.int64),
         networks=np.array(compiler.networks, dtype=np.int64),
-        finals=np.array(compiler.finals, dtype=np.int64),
+        finals=_placed(compiler.finals, 3, compiler.table_size),
         target_states=sizes.pop(),
         target_likelihood=np.array(target_starts, dtype=np.int64),
     )
+
+
+def _placed(rows: list[list[int]], width: int, tables: int) -> Index:
+    """Return factor rows without their message flag, messages placed behind the tables."""
+    table = np.array(rows, dtype=np.int64).reshape(-1, width)
+    table[:, 1] += tables * table[:, 0]
+    return np.ascontiguousarray(table[:, 1:])
 
 
 def compile_single(network: DiscreteNetwork, target: str) -> Schedule:
