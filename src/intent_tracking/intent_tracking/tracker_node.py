@@ -9,6 +9,7 @@ from visualization_msgs.msg import MarkerArray
 
 from intent_perception.camera import RgbdFrame
 from intent_perception.convert import deletion, header_at, object_markers, objects_from_msg
+from intent_perception.frames import stamp_of
 from intent_perception.ros import (
     LATCHED,
     RESULTS,
@@ -57,9 +58,14 @@ class TrackerNode(IntentNode):
         models = [(item.id, self._database[item.model]) for item in message.objects]
         self._markers.publish(object_markers(models))
 
+    def _may_start(self, frame: RgbdFrame) -> bool:
+        """A hand in view keeps its objects; an answer to this very frame counts from the next."""
+        older = stamp_of(self._recognized) < frame.stamp
+        return not self._started or (older and not self._hand_in_view)
+
     def _on_frame(self, frame: RgbdFrame) -> bool:
-        if self._recognized is not None and not self._hand_in_view:
-            self._start(self._recognized)  # a hand in view keeps its track and its objects
+        if self._recognized is not None and self._may_start(frame):
+            self._start(self._recognized)
         if not self._started:
             self._held = frame
             return False
