@@ -102,6 +102,7 @@ class CandidateSource:
             self.target.reach,
             self.filter.friction,
             self.target.weight,
+            self.filter.residual,
         )
         if residual > self.filter.residual:
             return Fate.UNSTABLE, None

@@ -1,14 +1,14 @@
-"""Where a closed hand touches an object, and whether those contacts can hold it (friction cones)."""
+"""Where a closed hand touches an object, and whether those contacts can hold it."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from intent_perception.sdf import SignedDistance
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from intent_inference.simulation.grasping_hand import Floats, GraspingHand
 from intent_perception.geometry import transform_points
+from intent_perception.sdf import SignedDistance
 from intent_tracking.joint_table import Array
 
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
@@ -100,7 +100,12 @@ def wrench_basis(contacts: Contacts, center: Array, scale: float, friction: floa
 
 
 def gravity_residual(
-    contacts: Contacts, center: Array, scale: float, friction: float, weight: float
+    contacts: Contacts,
+    center: Array,
+    scale: float,
+    friction: float,
+    weight: float,
+    enough: float = 1.0,
 ) -> float:
     """Return the largest share of its weight, over six directions, that the contacts cannot hold.
 
@@ -112,6 +117,7 @@ def gravity_residual(
         scale: length that makes torques comparable with forces [m].
         friction: Coulomb's coefficient.
         weight: the object's weight [N].
+        enough: stop at the first direction whose share is above this.
     """
     if len(contacts.points) < 2:
         return 1.0
@@ -121,6 +127,8 @@ def gravity_residual(
         weights, residual = nnls(basis, np.concatenate([-direction, np.zeros(3)]))
         excess = 0.3 if weight * weights.sum() > _STRONGEST else 0.0
         worst = max(worst, float(residual), excess)
+        if worst > enough:
+            break
     return worst
 
 

@@ -21,6 +21,8 @@ Row = dict[str, str | float | int]
 
 _POSITION, _ANGLE = 0.005, np.radians(5.0)
 """Grasps nearer than this in wrist position, orientation and every joint are duplicates."""
+_HANDLE_SHARE = 0.5
+"""Share of the contact force from which a grasp is on the handle."""
 _OBJECT_SHARE = 0.10
 """Largest share of a task's positives that one object may give."""
 
@@ -29,6 +31,7 @@ def row_of_grasp(target: TaskObject, hand: GraspingHand, grasp: SimulatedGrasp) 
     """Return the features, labels and margins of one grasp as a row."""
     features = grasp_features(target.geometry, grasp.T_object_hand, grasp.joints, hand.table)
     labels = label_grasp(target, hand, grasp.T_object_hand, grasp.joints, grasp.contacts)
+    share = target.handle_share(grasp.contacts)
     row: Row = {"object_id": target.model.name, **feature_cells(features)}
     for task in TASKS:
         afforded = labels[task].afforded
@@ -37,6 +40,7 @@ def row_of_grasp(target: TaskObject, hand: GraspingHand, grasp: SimulatedGrasp) 
     row["stability"] = grasp.stability
     row["penetration"] = grasp.penetration
     row["preshape"] = grasp.preshape
+    row["on_handle"] = "" if share is None else int(share > _HANDLE_SHARE)
     row.update(_vector_cells("wrist", grasp.T_object_hand[:3, 3]))
     return row
 
@@ -165,7 +169,7 @@ def _margin_cells(labels: dict[str, TaskLabel]) -> Row:
 
 _GROUPS = (
     "object_id", "object_class", "size", "conv", "dir", "npos", "fcon", "fvol", "coc", "gbvl",
-    *TASKS, "margin", "stability", "penetration", "preshape", "wrist",
+    *TASKS, "margin", "stability", "penetration", "preshape", "on_handle", "wrist",
 )  # fmt: skip
 
 

@@ -119,6 +119,11 @@ class GraspGenerator:
                 pose, joints = grasp.T_object_hand, grasp.joints
                 self._needs.add(self._traits(grasp.preshape, pose, joints, grasp.contacts))
 
+    def warm_up(self) -> None:
+        """Prepare what the first try needs: distance field, boxes, compiled kernels."""
+        self._source.take(1, 20)
+        self.fates.clear()
+
     def round(self, shake_all: bool = False) -> list[SimulatedGrasp]:
         """Return the next grasps, held or lost; none if no candidate was found."""
         config = self._config
@@ -169,10 +174,9 @@ class GraspGenerator:
         if preshape in self._needs.traits:
             traits.append(preshape)
         functions = self.target.model.functions
-        if functions is not None and functions.handle and functions.opening is not None:
-            names = self.target.part_names(contacts.points)
-            if contacts.of_force(np.isin(names, functions.handle)) > 0.5:
-                traits.append(_ON_HANDLE)
+        share = self.target.handle_share(contacts)
+        if functions is not None and functions.opening is not None and (share or 0.0) > 0.5:
+            traits.append(_ON_HANDLE)
         return traits
 
     def _shaken(self, candidate: Candidate) -> SimulatedGrasp:

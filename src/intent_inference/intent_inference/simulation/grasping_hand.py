@@ -204,7 +204,7 @@ def _preshape(table: JointTable, entry: dict[str, Any]) -> Preshape:
 
 
 def _effort(table: JointTable, chains: tuple[str, ...], description: dict[str, Any]) -> Array:
-    """Return the torque limits (J,): per level of each finger; joints of no finger have their own."""
+    """Return the torque limits (J,) per level of each finger; `knuckle_effort` for the others."""
     effort = np.full(len(table.joint_names), float(description.get("knuckle_effort", 1.0)))
     for finger in chains:
         levels = description["effort"].get(finger, description["effort"]["others"])
@@ -260,7 +260,7 @@ def _arrays(table: JointTable, chains: tuple[str, ...], description: dict[str, A
 
 
 def _spheres(table: JointTable) -> tuple[Integers, Floats, Floats]:
-    """Return spheres that cover capsules and box surfaces: links (S,), centres (S, 3), radii (S,)."""
+    """Return spheres on capsules and boxes: links (S,), centres (S, 3), radii (S,)."""
     links: list[int] = []
     centers: list[Array] = []
     radii: list[float] = []

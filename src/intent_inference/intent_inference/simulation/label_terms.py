@@ -68,11 +68,10 @@ class GraspScene:
             raise ValueError(f"{self.target.model.name} has no functional annotations")
         return functions
 
-    @cached_property
+    @property
     def handle_share(self) -> float:
         """Share of the contact force that rests on the handle."""
-        names = self.target.part_names(self.contacts.points)
-        return self.contacts.of_force(np.isin(names, self.functions.handle))
+        return self.target.handle_share(self.contacts) or 0.0
 
     @cached_property
     def functional_gap(self) -> float:
@@ -123,7 +122,7 @@ def pouring_terms(scene: GraspScene, rule: Rule) -> Terms:
 
 
 def tool_use_terms(scene: GraspScene, rule: Rule) -> Terms:
-    """Return the margins of tool-use: handle in a fist that points the tool and resists its work."""
+    """Return the margins of tool-use: a fist on the handle points the tool and resists its work."""
     kind = scene.target.model.object_class
     fingers = finger_of_links(scene.hand)[scene.contacts.links]
     touching = {scene.hand.chains[finger] for finger in fingers if finger >= 0} - {"thumb"}

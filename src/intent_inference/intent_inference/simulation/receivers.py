@@ -50,7 +50,7 @@ class ReceiverBank:
 
 
 def with_forearm(hand: GraspingHand, T_object_hand: Array, spheres: Array) -> tuple[Array, Array]:
-    """Return the spheres of hand and forearm in the object frame: centres (S, 3), radii (S,) [m]."""
+    """Return spheres of hand and forearm in the object frame: centres (S, 3), radii (S,) [m]."""
     direction = np.array([-1.0, 0.0, 0.0] if hand.is_human else [0.0, 0.0, -1.0])
     radius = 0.028 if hand.is_human else 0.045
     arm = transform_points(T_object_hand, np.arange(1, 9)[:, None] * 0.02 * direction)
@@ -125,10 +125,22 @@ def _count_free(
     receivers: Floats, receiver_radii: Floats, centers: Floats, radii: Floats, gap: float
 ) -> int:
     """Count the receivers none of whose spheres comes within `gap` of a sphere of the hand."""
+    low = np.full(3, np.float32(1e9))
+    high = np.full(3, np.float32(-1e9))
+    for j in range(centers.shape[0]):
+        for k in range(3):
+            low[k] = min(low[k], centers[j, k] - radii[j] - gap)
+            high[k] = max(high[k], centers[j, k] + radii[j] + gap)
     free = 0
     for receiver in range(receivers.shape[0]):
         hit = False
         for i in range(receivers.shape[1]):
+            near = True
+            for k in range(3):
+                x, r = receivers[receiver, i, k], receiver_radii[i]
+                near &= low[k] - r < x < high[k] + r
+            if not near:
+                continue
             for j in range(centers.shape[0]):
                 reach = receiver_radii[i] + radii[j] + gap
                 square = np.float32(0.0)

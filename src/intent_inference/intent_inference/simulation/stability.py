@@ -4,6 +4,8 @@ The hand's base is fixed and its joints are motors with limited torque; the obje
 held by contact and friction alone. Every grasp starts from the same state of the engine.
 """
 
+import os
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -50,7 +52,9 @@ class ShakeConfig:
     rate: int = 240
     """Steps per second."""
     iterations: int = 100
-    """Iterations of the constraint solver per step."""
+    """Iterations of the constraint solver per step, if it is not direct."""
+    direct: bool = True
+    """Solve each step's contacts exactly (Dantzig's pivoting) instead of by iterations."""
 
     def __post_init__(self) -> None:
         if self.rate < 60 or self.iterations < 10 or min(self.duration, self.drift) <= 0:
@@ -174,11 +178,18 @@ class _Engine:
             localInertiaDiagonal=inertia.tolist(),
             physicsClientId=client,
         )
-        pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=1.0 / self._config.rate,
-            numSolverIterations=self._config.iterations,
-            physicsClientId=client,
-        )
+        with _silence():  # the engine announces its solver on standard output
+            pybullet.setPhysicsEngineParameter(
+                fixedTimeStep=1.0 / self._config.rate,
+                numSolverIterations=self._config.iterations,
+                constraintSolverType=(
+                    pybullet.CONSTRAINT_SOLVER_LCP_DANTZIG
+                    if self._config.direct
+                    else pybullet.CONSTRAINT_SOLVER_LCP_SI
+                ),
+                globalCFM=1e-6,
+                physicsClientId=client,
+            )
 
     def run(self, grasp: ClosedGrasp) -> ShakenGrasp:
         """Settle the grasp, record it, and pull the object to six sides until it is lost."""
@@ -308,6 +319,20 @@ class _Engine:
             np.array([contact[9] for contact in found], dtype=np.float64),
         )
         return contacts, max((-contact[8] for contact in found), default=0.0)
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Keep what C code prints off standard output, which may carry a command's JSON."""
+    sys.stdout.flush()
+    kept, sink = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(sink, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(sink)
 
 
 def _grouped_obj(model: ObjectModel) -> str:

@@ -3,11 +3,12 @@
 from functools import cached_property
 
 import numpy as np
-from intent_perception.sdf import SignedDistance
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from intent_inference.simulation.contacts import Contacts
 from intent_perception.objects import ObjectModel
+from intent_perception.sdf import SignedDistance
 from intent_tracking.features import ObjectGeometry
 from intent_tracking.joint_table import Array
 
@@ -23,8 +24,8 @@ class TaskObject:
         self.mesh = model.require_volume()
         if not 0.01 <= float(model.size.max()) <= 1.0:
             raise ValueError(
-                f"{model.name}: its largest edge is {model.size.max():.3g} m; expected 0.01 to 1 m: "
-                "is the unit of the mesh right?"
+                f"{model.name}: its largest edge is {model.size.max():.3g} m; expected 0.01 to 1 m "
+                "(is the unit of the mesh right?)"
             )
         self.model = model
         self.geometry = ObjectGeometry(model)
@@ -69,6 +70,13 @@ class TaskObject:
         if len(points) == 0:
             return names[:0]
         return np.asarray(names[self._sample_parts[self._tree.query(points)[1]]])
+
+    def handle_share(self, contacts: Contacts) -> float | None:
+        """Return the share of the contact force on the handle; None where there is no handle."""
+        functions = self.model.functions
+        if functions is None or not functions.handle:
+            return None
+        return contacts.of_force(np.isin(self.part_names(contacts.points), functions.handle))
 
     @cached_property
     def functional_points(self) -> Array:
