@@ -176,6 +176,20 @@ def test_a_missing_model_is_named(tmp_path: Path) -> None:
         IntentionEstimator(InferenceConfig(model=str(tmp_path / "none.npz")))
 
 
+@pytest.mark.slow
+def test_pgmpys_junction_tree_gives_the_same_posterior(
+    model_file: Path, estimator: IntentionEstimator
+) -> None:
+    reference = IntentionEstimator(
+        InferenceConfig(model=str(model_file), engine="junction-tree", explain=False)
+    )
+    for row in range(3):
+        ours, theirs = estimator.step(grasp_of(row)), reference.step(grasp_of(row))
+        assert ours is not None
+        assert theirs is not None
+        np.testing.assert_allclose(ours.probability, theirs.probability, atol=1e-9)
+
+
 def test_bad_parameters_are_refused() -> None:
     with pytest.raises(ValueError, match="threshold"):
         InferenceConfig(threshold=1.5)

@@ -49,7 +49,8 @@ def read_grasps(path: Path | str, tasks: Sequence[str] | None = None) -> GraspTa
 
     Args:
         path: the file.
-        tasks: label columns; default: every column of 0, 1 and empty cells that is no feature.
+        tasks: label columns, () for none; default: every column of 0, 1 and empty cells that is no
+            feature.
 
     Raises:
         ValueError: if the file is empty, ragged, has no feature column or no task column, or a cell
@@ -76,10 +77,11 @@ def read_grasps(path: Path | str, tasks: Sequence[str] | None = None) -> GraspTa
     if not features:
         raise ValueError(f"{path}: expected at least one feature column of {VARIABLES}")
     used = set(_feature_columns(cells)) | {"object_class"}
+    wanted = tasks
     if tasks is None:
         tasks = [n for n in names if n not in used and _looks_like_task(n, cells[n])]
     missing = [task for task in tasks if task not in cells]
-    if missing or not tasks:
+    if missing or (wanted is None and not tasks):
         raise ValueError(f"{path}: expected task columns of 0, 1 or empty, missing {missing}")
     labels = {task: _numbers(task, cells[task]) for task in tasks}
     for task, values in labels.items():

@@ -7,6 +7,7 @@ import numpy as np
 from intent_inference.calibration import sigmoid
 from intent_inference.evidence import Evidence
 from intent_inference.features import Features, stack_features
+from intent_inference.junction_tree import junction_tree_log_odds
 from intent_inference.model import TaskModel
 from intent_inference.reach import ReachConfig, ReachFilter
 from intent_inference.variables import OBJECT_CLASS
@@ -70,6 +71,8 @@ class InferenceConfig:
     """Least uncertainty of the unit grasp position."""
     least_joint_std: float = 0.15
     """Least uncertainty of a joint angle [rad]."""
+    engine: str = "compiled"
+    """compiled: the schedule; junction-tree: pgmpy's, a slow reference, for final posteriors."""
     explain: bool = True
     """Say how much each piece of evidence moved each task."""
     reach_memory: float = 0.15
@@ -78,6 +81,8 @@ class InferenceConfig:
     """Gap between hand and object beyond which nothing is said [m]."""
 
     def __post_init__(self) -> None:
+        if self.engine not in ("compiled", "junction-tree"):
+            raise ValueError(f"engine: expected compiled or junction-tree, got {self.engine!r}")
         for name in ("threshold", "prior"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise ValueError(f"{name}: expected between 0 and 1, got {getattr(self, name)}")
@@ -127,7 +132,10 @@ class IntentionEstimator:
         features = stack_features([grasp.features])
         deviations = least_deviations(features, self._config, grasp.std)
         evidence = self._model.evidence(features, deviations)
-        log_odds = self._model.calibrated_log_odds(evidence)[0] + self._prior
+        odds = None
+        if self._config.engine == "junction-tree":
+            odds = junction_tree_log_odds(self._model, evidence)
+        log_odds = self._model.calibrated_log_odds(evidence, odds)[0] + self._prior
         return self._posterior(
             grasp.stamp, grasp.object_id, grasp.object_class, log_odds, evidence, False
         )

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+from intent_inference.evidence import Evidence
+from intent_inference.learning.structure import TASK
+from intent_inference.model import TaskModel
 from intent_inference.network import DiscreteNetwork
 from intent_perception.geometry import Array
 
@@ -61,3 +64,22 @@ def _component(network: DiscreteNetwork, target: int) -> set[int]:
     for _ in network.names:
         found |= {v for p, v in edges if p in found} | {p for p, v in edges if v in found}
     return found
+
+
+def junction_tree_log_odds(model: TaskModel, evidence: Evidence) -> list[Array]:
+    """Return each task's (N, M) log-odds of its networks, as `TaskModel.log_odds` does."""
+    result = []
+    for networks in model.networks:
+        odds = np.zeros((evidence.rows, len(networks.members)))
+        for column, member in enumerate(networks.members):
+            network = member.network()
+            for row in range(evidence.rows):
+                parts = [np.ones(2)]
+                for name in network.names[1:]:
+                    key = member.keys[name]
+                    start = model.bank.starts[key]
+                    parts.append(evidence.likelihoods[row, start : start + model.bank.sizes[key]])
+                posterior = junction_tree_posterior(network, TASK, np.concatenate(parts))
+                odds[row, column] = np.log(posterior[1]) - np.log(posterior[0])
+        result.append(odds)
+    return result

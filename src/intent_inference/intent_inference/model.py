@@ -198,9 +198,12 @@ class TaskModel:
             first += len(networks.members)
         return result
 
-    def calibrated_log_odds(self, evidence: Evidence) -> Array:
-        """Return calibrated log-odds of each task, (N, T), for a balanced prior."""
-        odds = self.log_odds(evidence)
+    def calibrated_log_odds(self, evidence: Evidence, log_odds: list[Array] | None = None) -> Array:
+        """Return calibrated log-odds of each task, (N, T), for a balanced prior.
+
+        `log_odds` are those of another engine; default: of the compiled schedule.
+        """
+        odds = log_odds if log_odds is not None else self.log_odds(evidence)
         result = np.empty((evidence.rows, len(self.networks)))
         for observed, rows in evidence.patterns():
             for column, networks in enumerate(self.networks):

@@ -99,7 +99,7 @@ def half_reach(model: TaskModel, path: Path, table: GraspTable) -> dict[str, Any
 
     Only frames up to the half are read.
     """
-    frames = read_grasps(path, model.tasks)
+    frames = read_grasps(path, ())
     number = frames.columns["demonstration"].astype(str)
     progress = frames.columns["progress"].astype(np.float64)
     config = ReachConfig()
