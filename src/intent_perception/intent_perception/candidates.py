@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from intent_perception.alignment import align
 from intent_perception.alternatives import turned, worth_of, worth_of_turns
+from intent_perception.color_evidence import color_mismatch
 from intent_perception.conflict import Evidence
 from intent_perception.contour import contour
 from intent_perception.explanation import COUNTS, draw, explain, settle
@@ -25,6 +26,8 @@ _LEAST_SCORE = 0.25
 _REGION = 48  # edge of the image regions between which the drawing is shared out [pixel]
 _PER_REGION = 36
 _PER_MODEL = 3  # in one region
+_CLEAR = 0.3  # evidence of pixels whose colour counts
+_LEAST_COLOR_FACTOR = 0.5  # lamps and paints differ: colour alone rules nothing out
 _BELOW = 0.010  # an object that reaches further into the table is hardly there [m]
 
 
@@ -42,6 +45,8 @@ class Drawing:
     """(h, w), see `explain`."""
     counts: Floats
     """(COUNTS,)."""
+    mismatch: float
+    """How much the colour differs from the model's, 0 = not, see `color_mismatch`."""
 
     def worth(self, explained: Floats) -> float:
         """Return what it adds to what is explained (H, W), less what is against it [pixel]."""
@@ -80,7 +85,10 @@ class Drafter:
         evidence, counts = explain(
             left, top, depth, scene.image.depth, *scene.surface, self._tolerance
         )
-        return Drawing(left, top, depth, evidence, counts)
+        rows, columns = np.nonzero(evidence > _CLEAR)
+        seen = scene.image.color[rows + top, columns + left]
+        mismatch = color_mismatch(seen, library.colors[model])
+        return Drawing(left, top, depth, evidence, counts, mismatch)
 
     def settle(self, model: int, pose: Floats, final: bool) -> None:
         """Refine a pose (12,) in place; the final time on all pixels as they were measured."""
@@ -133,7 +141,8 @@ class Drafter:
             factor = (ends + 5.0) / (ends + goes_on + 5.0)
             if self.lowest(int(model), pose) < -_BELOW:
                 factor *= 0.5
-            factors.append(factor**2)
+            colored = max(float(np.exp(-drawing.mismatch)), _LEAST_COLOR_FACTOR)
+            factors.append(factor**2 * colored)
             start += drawing.evidence.size
         return Evidence(
             np.concatenate(values),

@@ -60,6 +60,11 @@ class DetectorConfig:
     seed: int = 0
     """Of all random draws."""
 
+    @classmethod
+    def for_clouds(cls) -> "DetectorConfig":
+        """Return the parameters for clouds, in which no direction is up and no table is sought."""
+        return cls(table_share=1.0, max_depth=100.0)
+
 
 @dataclass(frozen=True, eq=False)
 class Detection:

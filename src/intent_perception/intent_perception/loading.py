@@ -36,7 +36,8 @@ _LARGEST, _SMALLEST = 1.0, 0.005
 _DENSITY = 1000.0  # plastic and wood are lighter, glass and metal heavier
 _OPEN_MASS = 0.2
 _FRICTION = 0.6
-_GREY = np.array([0.6, 0.6, 0.6])
+GREY = np.array([0.6, 0.6, 0.6])
+"""Colour of objects whose mesh and entry give none: it says nothing."""
 
 
 def load_model(entry: dict[str, Any], file: Path) -> ObjectModel:
@@ -86,7 +87,7 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
         name=name,
         object_class=str(entry["class"]),
         mesh=mesh,
-        color=_GREY if color is None else color,
+        color=GREY if color is None else color,
         annotated_parts=parts,
         functions=_functions(entry["functions"]) if "functions" in entry else None,
         mass=_mass(entry, mesh),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from intent_perception.alternatives import spin_axis, turns
 from intent_perception.geometry import Array, make_pose
+from intent_perception.loading import GREY
 from intent_perception.model import ObjectModel
 from intent_perception.model_surface import surface_of
 from intent_perception.pair_hash import PairTable
@@ -100,7 +101,7 @@ class ModelLibrary:
             centers=centers,
             diameters=np.array([m.diameter for m in chosen], np.float32),
             axes=axes,
-            colors=np.array([m.color for m in chosen], np.float32),
+            colors=np.array([_color(m) for m in chosen], np.float32),
             points=all_points,
             normals=all_normals,
             point_areas=np.array(
@@ -148,6 +149,10 @@ class ModelLibrary:
         rotation = T_camera_object[:3, :3]
         shift = T_camera_object[:3, 3] + rotation @ self.centers[number].astype(float)
         return np.concatenate([rotation.ravel(), shift]).astype(np.float32)
+
+
+def _color(model: ObjectModel) -> Array:
+    return np.full(3, np.nan) if np.array_equal(model.color, GREY) else np.asarray(model.color)
 
 
 def _axis(model: ObjectModel) -> Array:

@@ -8,6 +8,7 @@ small for the large distance and too featureless for the small one, findable.
 
 from dataclasses import dataclass
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from numba import njit
@@ -132,7 +133,7 @@ class PairTable:
                     file["entries"],
                     starts.astype(np.int64),
                 )
-        except (OSError, KeyError, EOFError, ValueError) as error:
+        except (OSError, KeyError, EOFError, ValueError, BadZipFile) as error:
             raise ValueError(f"{path} is not a pair table: {error}; rebuild it") from error
 
 

@@ -142,12 +142,12 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     Raises:
         ValueError: if an input is missing or wrong.
     """
-    config = replace(DetectorConfig(), hash_only=arguments.hash_only, seed=arguments.seed)
+    config = DetectorConfig() if arguments.cloud is None else DetectorConfig.for_clouds()
+    config = replace(config, hash_only=arguments.hash_only, seed=arguments.seed)
     T_out_camera = np.eye(4)
     if arguments.cloud is not None:
         view = view_cloud(*read_cloud(arguments.cloud, arguments.unit))
         frame, T_out_camera = view.frame, view.T_cloud_camera
-        config = replace(config, max_depth=float(frame.depth.max()) + 1.0)
     elif None in (arguments.rgb, arguments.depth, arguments.camera):
         raise ValueError("expected --rgb, --depth and --camera, or --cloud")
     else:

@@ -1,0 +1,141 @@
+"""Recognition in rendered scenes: right poses, silence where nothing is known, steady answers."""
+
+import numpy as np
+import pytest
+
+from intent_perception.camera import KINECT, RgbdFrame
+from intent_perception.detection import Detector, DetectorConfig
+from intent_perception.geometry import Array, inverse, look_at, make_pose, rotation_from_vector
+from intent_perception.matching import FOUND, pose_error, surface_points
+from intent_perception.model_library import ModelLibrary
+from intent_perception.objects import ObjectDatabase
+from intent_perception.recognition import Recognizer, RecognizerConfig
+from intent_perception.scoring import Claim, expected_calibration_error, judge
+from intent_perception.tabletop import TabletopScene, tabletop_scene
+
+DATABASE = ObjectDatabase.load()
+NAMES = ("bottle_0", "mug_0", "hammer_0")
+
+
+@pytest.fixture(scope="module")
+def models() -> ObjectDatabase:
+    return DATABASE.select(list(NAMES))
+
+
+@pytest.fixture(scope="module")
+def detector(models: ObjectDatabase) -> Detector:
+    return Detector(ModelLibrary.of(models), DetectorConfig())
+
+
+def scene_of(names: tuple[str, ...], seed: int) -> TabletopScene:
+    rng = np.random.default_rng(seed)
+    return tabletop_scene([DATABASE[name] for name in names], rng, standing=1.0)
+
+
+def claims(detector: Detector, frame: RgbdFrame) -> list[Claim]:
+    return [
+        Claim(detector.library.models[d.model], d.T_camera_object, d.confidence)
+        for d in detector.find(frame).detections
+        if d.confidence >= RecognizerConfig().least_confidence
+    ]
+
+
+def test_every_object_is_found_at_its_pose(detector: Detector) -> None:
+    scene = scene_of(NAMES, 5)
+    judged, found = judge(scene.objects, claims(detector, scene.frame))
+    assert sorted(found.values()) == ["model"] * 3
+    assert all(j.right for j in judged)
+    assert all(j.error is not None and j.error.translation < 0.005 for j in judged)
+
+
+def test_a_pose_found_moves_with_the_scene(detector: Detector) -> None:
+    bottle = DATABASE["bottle_0"]
+    points = surface_points(bottle)
+    for seed in (11, 12, 13):
+        scene = scene_of(("bottle_0",), seed)
+        best = claims(detector, scene.frame)[0]
+        error = pose_error(bottle, points, best.T_camera_object, scene.objects[0].T_camera_object)
+        assert error.distance < 0.2 * FOUND * bottle.diameter
+
+
+def test_the_same_frame_gives_the_same_answer(detector: Detector) -> None:
+    scene = scene_of(NAMES, 6)
+    first, second = (claims(detector, scene.frame) for _ in range(2))
+    assert len(first) == len(second) > 0
+    for a, b in zip(first, second, strict=True):
+        assert np.array_equal(a.T_camera_object, b.T_camera_object)
+
+
+def test_a_scene_of_unknown_objects_gives_an_empty_list(detector: Detector) -> None:
+    clutter = ObjectDatabase.clutter()
+    rng = np.random.default_rng(7)
+    scene = tabletop_scene([clutter["toy_car"], clutter["book"]], rng)
+    assert claims(detector, scene.frame) == []
+
+
+def test_an_empty_table_gives_an_empty_list(detector: Detector) -> None:
+    T_table_camera = look_at(np.array([0.0, -0.6, 0.5]), np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    assert claims(detector, flat_table(T_table_camera)) == []
+
+
+def test_without_the_table_prior_pairs_alone_find_the_object(models: ObjectDatabase) -> None:
+    pairs = Detector(ModelLibrary.of(models), DetectorConfig(hash_only=True))
+    scene = scene_of(("hammer_0", "bottle_0"), 8)
+    _, found = judge(scene.objects, claims(pairs, scene.frame))
+    assert list(found.values()) == ["model", "model"]
+
+
+def test_an_unchanged_scene_is_answered_once(models: ObjectDatabase) -> None:
+    recognizer = Recognizer(models)
+    scene = scene_of(("bottle_0", "mug_0"), 9)
+    answer = recognizer.step(scene.frame)
+    assert answer is not None
+    assert {item.model for item in answer.objects} == {"bottle_0", "mug_0"}
+    assert recognizer.step(scene.frame) is None
+    recognizer.reset()
+    assert recognizer.step(scene.frame) is not None
+
+
+def test_poses_in_the_table_frame_stand_on_it(models: ObjectDatabase) -> None:
+    answer = Recognizer(models).step(scene_of(("bottle_0",), 10).frame)
+    assert answer is not None
+    (bottle,) = answer.objects
+    height = 0.5 * DATABASE["bottle_0"].size[2]
+    assert bottle.T_table_object[2, 3] == pytest.approx(height, abs=0.004)
+    assert bottle.T_table_object[2, 2] == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_frame_without_depth_gives_an_empty_list(models: ObjectDatabase) -> None:
+    blank = np.zeros((480, 640), np.float32)
+    frame = RgbdFrame(3, np.zeros((480, 640, 3), np.uint8), blank, KINECT)
+    answer = Recognizer(models).step(frame)
+    assert answer is not None
+    assert answer.objects == ()
+
+
+def test_a_library_needs_a_model() -> None:
+    with pytest.raises(ValueError, match="at least one model"):
+        ModelLibrary.of([])
+
+
+def test_calibration_error_is_zero_for_honest_confidence() -> None:
+    assert expected_calibration_error([0.75] * 4, [True, True, True, False]) == pytest.approx(0.0)
+    assert expected_calibration_error([1.0] * 4, [True, True, False, False]) == pytest.approx(0.5)
+
+
+def test_symmetric_poses_have_no_error() -> None:
+    bottle = DATABASE["bottle_3"]
+    spin = make_pose(rotation_from_vector(np.array([0.0, 0.0, np.pi / 2.0])), np.zeros(3))
+    pose = make_pose(rotation_from_vector(np.array([0.5, 0.2, 0.1])), np.array([0.0, 0.1, 0.8]))
+    error = pose_error(bottle, surface_points(bottle), pose @ spin, pose)
+    assert error.distance < 1e-4
+    assert error.rotation < 1e-3
+
+
+def flat_table(T_table_camera: Array) -> RgbdFrame:
+    """Return a frame of nothing but the plane z = 0."""
+    rays = KINECT.rays() @ T_table_camera[:3, :3].T
+    depth = (-T_table_camera[2, 3] / np.minimum(rays[..., 2], -1e-3)).astype(np.float32)
+    depth[depth > 3.0] = 0.0
+    assert np.allclose(inverse(T_table_camera) @ T_table_camera, np.eye(4))
+    return RgbdFrame(0, np.full((480, 640, 3), 120, np.uint8), depth, KINECT)

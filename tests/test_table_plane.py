@@ -1,0 +1,84 @@
+"""Table, arm and normals in depth images made of planes."""
+
+import numpy as np
+import pytest
+
+from intent_perception.arm import ArmConfig, arm_pixels
+from intent_perception.camera import KINECT, RgbdFrame
+from intent_perception.geometry import inverse, look_at, transform_points
+from intent_perception.mesh import Mesh, convex_hull
+from intent_perception.oriented_image import OrientedImage, orient
+from intent_perception.rendering import render
+from intent_perception.table import TablePlane, find_table
+
+EYE = np.array([0.1, -0.7, 0.55])
+T_WORLD_CAMERA = look_at(EYE, np.array([0.0, 0.0, 0.05]), np.array([0.0, 0.0, 1.0]))
+
+
+def box(size: tuple[float, float, float], center: tuple[float, float, float]) -> Mesh:
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    return convex_hull(corners * size + np.array(center))
+
+
+def image_of(*meshes: Mesh) -> OrientedImage:
+    poses = np.stack([inverse(T_WORLD_CAMERA)] * (len(meshes) + 1))
+    table = box((1.0, 0.8, 0.02), (0.0, 0.0, -0.01))
+    depth = render(KINECT, [table, *meshes], poses).depth
+    frame = RgbdFrame(0, np.zeros((480, 640, 3), np.uint8), depth, KINECT)
+    return orient(frame, 525.0, 0.009, 2.0)
+
+
+def table_in(image: OrientedImage) -> TablePlane:
+    table = find_table(image, np.random.default_rng(0), 0.008, 0.15)
+    assert table is not None
+    return table
+
+
+def test_normals_of_a_plane_are_exact() -> None:
+    image = image_of()
+    normals = image.normals[200:300, 200:400].reshape(-1, 3)
+    up = T_WORLD_CAMERA[:3, :3].T @ np.array([0.0, 0.0, 1.0])
+    assert np.all(normals @ up > np.cos(np.radians(0.5)))
+
+
+def test_table_height_is_that_of_the_camera() -> None:
+    table = table_in(image_of(box((0.05, 0.05, 0.1), (0.0, 0.0, 0.05))))
+    assert table.offset == pytest.approx(EYE[2], abs=0.001)
+    assert table.T_table_camera()[2, 3] == pytest.approx(EYE[2], abs=0.001)
+
+
+def test_table_frame_has_z_up_and_its_origin_on_the_optical_axis() -> None:
+    T_table_camera = table_in(image_of()).T_table_camera()
+    on_axis = transform_points(inverse(T_table_camera), np.zeros(3))
+    assert np.allclose(on_axis[:2], 0.0, atol=1e-9)
+    assert np.allclose(T_table_camera[:3, :3] @ T_table_camera[:3, :3].T, np.eye(3), atol=1e-9)
+
+
+def test_the_outline_holds_what_stands_on_the_table() -> None:
+    table = table_in(image_of())
+    inside = transform_points(inverse(T_WORLD_CAMERA), np.array([[0.0, 0.0, 0.1], [0.3, 0.2, 0.0]]))
+    outside = transform_points(inverse(T_WORLD_CAMERA), np.array([[0.0, 0.7, 0.1]]))
+    assert table.over_table(inside.astype(np.float32), 0.0).all()
+    assert not table.over_table(outside.astype(np.float32), 0.0).any()
+
+
+def test_no_table_is_found_on_a_wall() -> None:
+    depth = np.full((480, 640), 1.0, np.float32)
+    frame = RgbdFrame(0, np.zeros((480, 640, 3), np.uint8), depth, KINECT)
+    image = orient(frame, 525.0, 0.009, 2.0)
+    assert find_table(image, np.random.default_rng(0), 0.008, 0.15) is None
+
+
+def test_an_arm_is_told_from_an_object() -> None:
+    arm = box((0.07, 0.5, 0.07), (0.0, 0.35, 0.12))
+    bottle = box((0.06, 0.06, 0.2), (-0.25, 0.0, 0.1))
+    image = image_of(arm, bottle)
+    found = arm_pixels(image, table_in(image), ArmConfig())
+    points = transform_points(T_WORLD_CAMERA, image.points()[found].astype(np.float64))
+    assert found.sum() > 500
+    assert np.abs(points[:, 0]).max() < 0.06
+
+
+def test_no_arm_is_seen_where_none_is() -> None:
+    image = image_of(box((0.06, 0.06, 0.2), (-0.25, 0.0, 0.1)))
+    assert not arm_pixels(image, table_in(image), ArmConfig()).any()
