@@ -9,10 +9,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from intent_perception.geometry import Array
+from intent_perception.model import ObjectModel
 from intent_perception.sdf import SignedDistance
 from intent_tracking.hand_kernel import JIT, Single
 
 SURFACE_SAMPLES = 96
+GRID_SPACING, GRID_MARGIN = 0.003, 0.02
+"""Step and border of the distance grids [m]."""
+DRAWN_DETAIL = 0.006
+"""Details below this are not drawn: about two pixels of the tile [m]."""
 
 
 class ObjectGeometry(NamedTuple):
@@ -52,6 +57,30 @@ class ObjectArrays(NamedTuple):
     """(K + 1,)."""
     face_start: NDArray[np.int64]
     """(K + 1,)."""
+
+
+def geometry_of(model: ObjectModel) -> ObjectGeometry:
+    """Return the shape of a model as the tracker uses it."""
+    surface, _, _ = model.mesh.sample_surface(SURFACE_SAMPLES, np.random.default_rng(0))
+    distance = SignedDistance.from_mesh(model.mesh, GRID_SPACING, GRID_MARGIN)
+    vertices, faces = simplified(model.mesh.vertices, model.mesh.faces, DRAWN_DETAIL)
+    return ObjectGeometry(distance, surface, vertices, faces, model.symmetry.axis)
+
+
+def simplified(
+    vertices: Array, faces: NDArray[np.int32], cell: float
+) -> tuple[Array, NDArray[np.int32]]:
+    """Return a mesh (V, 3), (F, 3) in which vertices within one grid cell are their mean."""
+    keys = np.floor(vertices / cell).astype(np.int64)
+    _, group = np.unique(keys, axis=0, return_inverse=True)
+    group = group.ravel()
+    counts = np.bincount(group)
+    merged = np.stack(
+        [np.bincount(group, weights=vertices[:, axis]) / counts for axis in range(3)], axis=1
+    )
+    new = group[faces]
+    full = (new[:, 0] != new[:, 1]) & (new[:, 1] != new[:, 2]) & (new[:, 2] != new[:, 0])
+    return merged, np.unique(new[full], axis=0).astype(np.int32)
 
 
 def object_arrays(objects: Sequence[ObjectGeometry]) -> ObjectArrays:

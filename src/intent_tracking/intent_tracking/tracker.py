@@ -10,7 +10,6 @@ from intent_perception.camera import RgbdFrame
 from intent_perception.geometry import Array, inverse
 from intent_perception.model import ObjectModel
 from intent_perception.recognition import RecognizedObjects
-from intent_perception.sdf import SignedDistance
 from intent_tracking.appearance import BACKGROUND, FIRST_OBJECT, AppearanceModel, color_bins
 from intent_tracking.body_state import BodyState, start_state
 from intent_tracking.hand import HandModel, Side
@@ -29,7 +28,7 @@ from intent_tracking.initialisation import (
     region_evidence,
 )
 from intent_tracking.labelling import OF_HAND, OF_OBJECT
-from intent_tracking.object_kernel import SURFACE_SAMPLES, ObjectGeometry
+from intent_tracking.object_kernel import geometry_of
 from intent_tracking.object_life import ObjectLife, ObjectLifeConfig, hand_gap
 from intent_tracking.scene import HAND_SIZE, SceneState
 from intent_tracking.scene_track import Fit, PackedObjects, SceneTrack, Ties, TrackConfig, View
@@ -366,12 +365,3 @@ class Tracker:
             visible and leader is None,
             tuple(life.unseen > self.config.life.unseen_frames for life in lives),
         )
-
-
-def geometry_of(model: ObjectModel) -> ObjectGeometry:
-    """Return the shape of a model as the tracker uses it."""
-    surface, _, _ = model.mesh.sample_surface(SURFACE_SAMPLES, np.random.default_rng(0))
-    distance = SignedDistance.from_mesh(model.mesh)
-    return ObjectGeometry(
-        distance, surface, model.mesh.vertices, model.mesh.faces, model.symmetry.axis
-    )
