@@ -71,7 +71,7 @@ def record_of(options: argparse.Namespace, collected: Collected) -> DemoRecord:
     return DemoRecord(
         bag=Path(options.bag).resolve().name,
         frames=frames,
-        objects=collected.objects[0] if collected.objects else None,
+        objects=_started_from(collected),
         states=tuple(collected.states),
         grasps=tuple(collected.grasps),
         posteriors=tuple(collected.posteriors),
@@ -148,6 +148,13 @@ def _answer(plan: GraspPlan | None) -> list[str]:
         f"robot grasp     {plan.hand} hand at ({x:.3f}, {y:.3f}, {z:.3f}) m, "
         f"score {best.score:.3f}, {'shaken' if best.shaken else 'not shaken'}",
     ]
+
+
+def _started_from(collected: Collected) -> RecognizedObjects | None:
+    """Return the answer that held when the hand came into view."""
+    seen = next((state.stamp for state in collected.states if state.hand_visible), None)
+    before = [o for o in collected.objects if seen is None or o.stamp < seen]
+    return (before or collected.objects or [None])[-1 if before else 0]
 
 
 def _robot_frame(bag: str, objects: Sequence[RecognizedObjects]) -> RgbdFrame | None:
