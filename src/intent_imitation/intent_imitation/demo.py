@@ -154,7 +154,9 @@ def _started_from(collected: Collected) -> RecognizedObjects | None:
     """Return the answer that held when the hand came into view."""
     seen = next((state.stamp for state in collected.states if state.hand_visible), None)
     before = [o for o in collected.objects if seen is None or o.stamp < seen]
-    return (before or collected.objects or [None])[-1 if before else 0]
+    if before:
+        return before[-1]
+    return collected.objects[0] if collected.objects else None
 
 
 def _robot_frame(bag: str, objects: Sequence[RecognizedObjects]) -> RgbdFrame | None:
