@@ -71,15 +71,18 @@ class ReplayNode(Node):
 
     def _prepare(self, bundle: Bundle) -> None:
         """Advertise, then wait for subscribers: discovery must not cost the first frames."""
-        for message in bundle.messages:
-            self._sender(message)
+        senders = [self._sender(message) for message in bundle.messages]
         wanted, wait = self._options.subscribers, self._options.wait
-        depth = self._sender(next(m for m in bundle.messages if m.topic == self._topics.depth))
-        waited = self._until(lambda: depth.get_subscription_count() >= wanted, wait)
+
+        def heard() -> int:
+            return min(sender.get_subscription_count() for sender in senders)
+
+        waited = self._until(lambda: heard() >= wanted, wait)
         if waited >= wait:
+            names = ", ".join(sorted({sender.topic_name for sender in senders}))
             self.get_logger().warning(
-                f"{depth.get_subscription_count()} of {wanted} subscribers of {depth.topic_name} "
-                f"after {wait:.0f} s: playing anyway"
+                f"only {heard()} of {wanted} nodes listen to all of {names} after {wait:.0f} s: "
+                "playing anyway"
             )
 
     def _await(self, bundle: Bundle) -> None:
