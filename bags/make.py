@@ -27,7 +27,7 @@ from intent_perception.geometry import (  # noqa: E402
     rotation_from_vector,
 )
 from intent_perception.objects import ObjectDatabase, ObjectModel  # noqa: E402
-from intent_tracking.demonstrator import film, sample_set, still_life  # noqa: E402
+from intent_tracking.demonstrator import Set, all_seen, film, sample_set, still_life  # noqa: E402
 from intent_tracking.demonstrator_hand import sample_hand  # noqa: E402
 from intent_tracking.demonstrator_script import Script, rehearse  # noqa: E402
 from intent_tracking.demonstrator_skin import make_skin  # noqa: E402
@@ -47,19 +47,29 @@ def make_bag(recipe: Recipe, seed: int, folder: Path) -> str:
         except ValueError as error:
             print(f"  {scenario.name}: {error}; another person tries", flush=True)
             continue
-        scene = sample_set(rng, script.edge)
-        shutil.rmtree(folder, ignore_errors=True)
+        scene = next((s for s in _sets(rng, script.edge) if all_seen(script, s)), None)
+        if scene is None:
+            print(f"  {scenario.name}: something is hidden; another person tries", flush=True)
+            continue
+        part = folder.parent / ".part" / folder.name
+        shutil.rmtree(part, ignore_errors=True)
         truths, stamps = [], []
-        with BagWriter(folder) as writer:
+        with BagWriter(part) as writer:
             for shot in film(script, skin, scene, rng):
                 writer.write(shot.frame)
                 stamps.append(shot.frame.stamp)
                 truths.append((shot.joints_camera, shot.objects_camera, shot.hand_in_view))
-        _write_truth(folder, recipe, script, np.array(stamps), truths, scene.T_table_camera)
+        _write_truth(part, recipe, script, np.array(stamps), truths, scene.T_table_camera)
         if recipe.own_models:
-            write_models(folder, script.models)
+            write_models(part, script.models)
+        shutil.rmtree(folder, ignore_errors=True)
+        part.rename(folder)
         return f"{scenario.name}: {len(stamps)} frames, grasps at {script.grasp_frames}"
     raise ValueError(f"{scenario.name} cannot be shown with seed {seed}")
+
+
+def _sets(rng: np.random.Generator, edge: float) -> list[Set]:
+    return [sample_set(rng, edge) for _ in range(8)]
 
 
 def _models() -> dict[str, ObjectModel]:

@@ -26,9 +26,9 @@ def _one(
 
 
 RECIPES = (
-    _one("pour_mug", "mug_0", "pouring", ("bottle_3", "toy_car"), 11),
-    _one("wash_mug", "mug_0", "dish-washing", ("glass_1", "can"), 12),
-    _one("give_mug", "mug_0", "hand-over", ("hammer_2",), 13),
+    _one("pour_mug", "mug_1", "pouring", ("bottle_3", "toy_car"), 11),
+    _one("wash_mug", "mug_1", "dish-washing", ("glass_1", "can"), 12),
+    _one("give_mug", "mug_1", "hand-over", ("hammer_2",), 13),
     _one("pour_bottle", "bottle_0", "pouring", ("glass_0", "ball"), 14, hesitate=8),
     _one("give_bottle", "bottle_0", "hand-over", ("knife_1", "box"), 15),
     _one("pour_glass", "glass_1", "pouring", ("mug_3",), 16),
@@ -40,7 +40,7 @@ RECIPES = (
     _one("turn_screwdriver", "screwdriver_0", "tool-use", ("hammer_3", "can"), 22, side="left"),
     _one("give_screwdriver", "screwdriver_0", "hand-over", ("bottle_1",), 23),
     _one("pour_bottle_left", "bottle_2", "pouring", ("mug_1", "book"), 24, side="left"),
-    Recipe(Scenario("pour_then_strike", (Act("glass_3", "pouring"), Act("hammer_1", "tool-use")),
+    Recipe(Scenario("pour_then_strike", (Act("bottle_3", "pouring"), Act("hammer_1", "tool-use")),
                     ("ball",), pace=Pace(reach=26, hold=14, task=20)), 25),
     Recipe(Scenario("no_grasp", (Act("bottle_4", "pouring", grasped=False),
                                  Act("mug_5", "pouring", grasped=False)), ("can",)), 26),

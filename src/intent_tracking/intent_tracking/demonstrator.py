@@ -14,6 +14,7 @@ from intent_perception.camera import Camera, RgbdFrame
 from intent_perception.geometry import Array, inverse, look_at, transform_points
 from intent_perception.mesh import Mesh
 from intent_perception.objects import ObjectModel
+from intent_perception.rendering import render, visible_pixels
 from intent_perception.sensor import KinectNoise, observe
 from intent_tracking.demonstrator_picture import Light, Picture, picture, sample_light
 from intent_tracking.demonstrator_room import Clothes, Piece, sample_clothes, sample_room
@@ -21,6 +22,7 @@ from intent_tracking.demonstrator_script import Script
 from intent_tracking.demonstrator_skin import Skin
 
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
+_WIDE = Camera(1280, 960, 525.0, 525.0, 639.5, 479.5)
 PERIOD = 33_333_333
 """Time between frames [ns]."""
 NEAR_MODE = KinectNoise(farthest=3.0)
@@ -64,7 +66,7 @@ def sample_set(rng: np.random.Generator, edge: float) -> Set:
     """
     distance, down = rng.uniform(0.70, 0.95), np.radians(rng.uniform(25.0, 45.0))
     yaw = np.radians(rng.uniform(-18.0, 18.0))
-    target = np.array([rng.uniform(-0.02, 0.02), rng.uniform(0.02, 0.06), rng.uniform(0.04, 0.08)])
+    target = np.array([rng.uniform(-0.02, 0.02), rng.uniform(0.02, 0.06), rng.uniform(0.07, 0.11)])
     away = np.array([np.sin(yaw) * np.cos(down), -np.cos(yaw) * np.cos(down), np.sin(down)])
     pose = look_at(target + distance * away, target)
     tone = rng.uniform(0.0, 1.0)
@@ -118,6 +120,18 @@ def still_life(
     for f in range(frames):
         depth, color = observe(seen.depth, seen.color, rng, NEAR_MODE, CAMERA.fx)
         yield RgbdFrame(stamp + f * PERIOD, color, depth, CAMERA), seen
+
+
+def all_seen(script: Script, scene: Set, share: float = 0.85, pixels: int = 300) -> bool:
+    """Return whether the camera sees enough of every object before the hand comes."""
+    meshes, poses = [model.mesh for model in script.models], script.objects[0]
+    poses = inverse(scene.T_table_camera) @ poses
+    together = visible_pixels(render(CAMERA, meshes, poses), len(meshes))
+    alone = [
+        visible_pixels(render(_WIDE, [mesh], pose[None]), 1)[0]
+        for mesh, pose in zip(meshes, poses, strict=True)
+    ]
+    return bool(np.all(together >= np.maximum(pixels, share * np.array(alone))))
 
 
 def _person(script: Script, f: int, skin: Skin, scene: Set) -> list[Piece]:

@@ -60,10 +60,10 @@ def leaves_function_free(model: ObjectModel, task: str, points: Array) -> bool:
     offset = points - opening.center
     height = offset @ opening.normal
     lateral = np.linalg.norm(offset - height[:, None] * opening.normal, axis=1)
-    if np.any((height < 0.002) & (height > -0.06) & (lateral < 0.9 * opening.radius)):
+    if np.any((height < 0.002) & (height > -0.012) & (lateral < 0.9 * opening.radius)):
         return False
     if task == "pouring":
-        return not np.any((height > 0.0) & (height < 0.06) & (lateral < opening.radius))
+        return not np.any((height > 0.0) & (height < 0.06) & (lateral < 0.9 * opening.radius))
     return task != "dish-washing" or bool(height.max() < -0.010)
 
 
@@ -111,7 +111,8 @@ def _side(model: ObjectModel, rng: np.random.Generator) -> Approach:
         azimuth = handle - np.radians(rng.uniform(165.0, 235.0))
     outwards = np.cos(azimuth) * u + np.sin(azimuth) * v
     rotation = _jittered(np.cross(axis, outwards), -outwards, rng, 0.30, 0.12)
-    low, high = 0.048, max(0.050, min(height - 0.050, 0.62 * height))
+    low = 0.056  # half a hand above the table
+    high = max(low + 0.004, min(height - 0.050, 0.62 * height))
     return Approach(rotation, bottom + rng.uniform(low, high) * axis, "power")
 
 

@@ -5,7 +5,7 @@ side that suits the task (`demonstrator_approach`), every joint then closes unti
 of it is stopped, and only grasps that hold the weight with friction are kept.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +19,9 @@ from intent_tracking.demonstrator_skin import Skin
 OPEN = {
     "power": np.radians([16, -44, 8, 8] + [0, 8, 14, 8] * 4),
     "precision": np.radians([2, -40, 14, 10] + [0, 22, 24, 12] * 4),
+    "flat": np.radians([58, 8, 0, 4] + [0, 0, 2, 2] * 4),
 }
-"""Open postures that closing starts from, (20,) [rad]."""
+"""Open postures (20,) [rad]: closing starts from the first two; flat is for low things."""
 
 _RATES = {
     "power": np.array([0.0, 0.25, 1.0, 0.8] + [0.0, 1.0, 1.0, 0.67] * 4),
@@ -95,9 +96,26 @@ class Taker:
                 continue
             angles = self._close(start, _RATES[approach.posture], pose)
             angles = self._tidied(start, angles, pose)
-            grasp = self._judged(start, angles, pose)
-            if grasp is not None:
-                yield grasp
+            for posture in self._other_thumbs(approach, start, angles, pose):
+                grasp = self._judged(start, posture, pose)
+                if grasp is not None:
+                    yield grasp
+
+    def _other_thumbs(
+        self, approach: Approach, start: Array, angles: Array, pose: Array
+    ) -> Iterator[Array]:
+        """Yield the posture, and for a power grasp others in which the thumb closes elsewhere."""
+        yield angles
+        rates = _RATES["power"].copy()
+        rates[4:] = 0.0
+        for _ in range(4 if approach.posture == "power" else 0):
+            other = angles.copy()
+            other[0] = start[0] + self._rng.uniform(-0.4, 0.5)
+            other[1] = self._rng.uniform(LOWER[1], -0.4)
+            other[2:4] = start[2:4] + self._rng.uniform(0.0, 0.9) * np.array([1.0, 0.7])
+            other = np.clip(other, LOWER, UPPER)
+            if self.distances(other, pose).min() > 2.0 * _SQUEEZE:
+                yield self._close(other, rates, pose)
 
     def _open(self, approach: Approach) -> Array:
         """Return an open posture, a little different every time, wide enough for a precision."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry import Array, make_pose, rotation_from_vector
+from intent_perception.geometry import Array, rotation_from_vector
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 
@@ -74,7 +74,8 @@ class DemonstratorHand:
             rotation = rotation @ self.axes[finger, 0] @ _about_z(spread)
             for k in range(3):
                 rotation = rotation @ self.axes[finger, k + 1] @ _about_minus_y(q[k + 1])
-                poses[1 + 3 * finger + k] = make_pose(rotation, position)
+                link = poses[1 + 3 * finger + k]
+                link[:3, :3], link[:3, 3] = rotation, position
                 position = position + rotation[:, 0] * self.bones[finger, k]
         if wrist is not None:
             poses[FOREARM, :3, :3] = rotation_from_vector(wrist)

@@ -15,6 +15,8 @@ from intent_tracking.demonstrator_room import Piece
 
 Image = NDArray[np.float32]
 
+_GAMMA = (255.0 * (np.arange(4096) / 4095.0) ** (1.0 / 1.5)).astype(np.uint8)
+
 
 @dataclass(frozen=True, eq=False)
 class Light:
@@ -65,21 +67,23 @@ def picture(
         camera, meshes, np.tile(inverse(T_table_camera), (len(pieces), 1, 1)), normals=True
     )
     assert view.normal is not None
-    points = camera.backproject(view.depth).reshape(-1, 3)
-    points = points @ T_table_camera[:3, :3].T + T_table_camera[:3, 3]
-    normals = _smooth(view.normal, view.label).reshape(-1, 3) @ T_table_camera[:3, :3].T
-    to_lamp = light.position - points
-    to_lamp /= np.linalg.norm(to_lamp, axis=1, keepdims=True)
+    pose = T_table_camera.astype(np.float32)
+    points = np.asarray(camera.backproject(view.depth), dtype=np.float32).reshape(-1, 3)
+    points = points @ pose[:3, :3].T + pose[:3, 3]
+    normals = _smooth(view.normal, view.label).reshape(-1, 3) @ pose[:3, :3].T
+    to_lamp = light.position.astype(np.float32) - points
+    to_lamp /= np.sqrt(np.einsum("ni,ni->n", to_lamp, to_lamp))[:, None]
     lit = np.clip(np.einsum("ni,ni->n", normals, to_lamp), 0.0, 1.0).reshape(view.depth.shape)
     lit = lit * _unshadowed(meshes, points, light).reshape(lit.shape)
     sky = 0.72 + 0.28 * normals[:, 2].reshape(lit.shape)
-    known = np.append(np.array([piece.color for piece in pieces]), np.zeros((1, 3)), axis=0)
-    grain = np.append([piece.grain for piece in pieces], 0.0)[view.label][..., None]
-    albedo = known[view.label] * (1.0 + grain * _grain(points).reshape(*lit.shape, 1))
-    color = albedo * (lit[..., None] * light.color + sky[..., None] * light.ambient)
-    color[view.label < 0] = 0.02
-    bytes_ = np.clip(255.0 * np.clip(color, 0.0, None) ** (1.0 / 1.5), 0.0, 255.0)
-    return Picture(bytes_.astype(np.uint8), view.depth, view.label)
+    known = np.append(np.array([piece.color for piece in pieces]), np.full((1, 3), 0.02), axis=0)
+    grain = np.append([piece.grain for piece in pieces], 0.0).astype(np.float32)[view.label]
+    texture = np.float32(1.0) + grain * _grain(points).reshape(lit.shape)
+    shades = lit[..., None] * light.color.astype(np.float32)
+    shades += sky[..., None] * light.ambient.astype(np.float32)
+    color = known.astype(np.float32)[view.label] * texture[..., None] * shades
+    levels = np.rint(np.clip(color, 0.0, 1.0) * 4095.0).astype(np.int16)
+    return Picture(_GAMMA[levels], view.depth, view.label)
 
 
 def _smooth(normal: Image, label: NDArray[np.int16]) -> Image:
@@ -92,19 +96,20 @@ def _smooth(normal: Image, label: NDArray[np.int16]) -> Image:
     return np.asarray(blurred / np.maximum(size, 1e-6), dtype=np.float32)
 
 
-def _unshadowed(meshes: Sequence[Mesh], points: Array, light: Light) -> Image:
+def _unshadowed(meshes: Sequence[Mesh], points: Image, light: Light) -> Image:
     """Return (N,) the share of the lamp that reaches each point, by a blurred shadow map."""
     size = 700
     lamp = Camera(size, size, 900.0, 900.0, size / 2, size / 2)
     T_table_lamp = look_at(light.position, np.array([0.0, 0.1, 0.0]), np.array([0.0, 1.0, 0.1]))
     T_lamp_table = inverse(T_table_lamp)
     nearest = render(lamp, meshes, np.tile(T_lamp_table, (len(meshes), 1, 1))).depth
-    seen = points @ T_lamp_table[:3, :3].T + T_lamp_table[:3, 3]
+    turned = T_lamp_table.astype(np.float32)
+    seen = points @ turned[:3, :3].T + turned[:3, 3]
     ahead = np.maximum(seen[:, 2], 1e-3)
     u = np.rint(900.0 * seen[:, 0] / ahead + size / 2).astype(int)
     v = np.rint(900.0 * seen[:, 1] / ahead + size / 2).astype(int)
     share = np.zeros(len(points), dtype=np.float32)
-    taps = [(0, 0), (2, 0), (-2, 0), (0, 2), (0, -2), (3, 3), (-3, 3), (3, -3), (-3, -3)]
+    taps = [(0, 0), (3, 1), (-1, 3), (-3, -1), (1, -3)]
     for du, dv in taps:
         x, y = np.clip(u + du, 0, size - 1), np.clip(v + dv, 0, size - 1)
         front = nearest[y, x]
@@ -114,10 +119,10 @@ def _unshadowed(meshes: Sequence[Mesh], points: Array, light: Light) -> Image:
     return share / np.float32(len(taps))
 
 
-def _grain(points: Array) -> Array:
+def _grain(points: Image) -> Image:
     """Return (N,) a texture about -0.3..0.3 that runs along x, from positions in the table."""
     x, y, z = points.T
     rings = 14.0 * y + 1.3 * np.sin(2.1 * x + 3.0 * y) + 4.0 * z
     wave = np.sin(6.0 * rings + 2.0 * np.sin(1.7 * x))
     fine = np.sin(230.0 * y + 7.0 * np.sin(9.0 * x)) * np.sin(31.0 * x + 4.0 * z)
-    return np.asarray(0.18 * wave + 0.10 * fine)
+    return np.asarray(0.18 * wave + 0.10 * fine, dtype=np.float32)

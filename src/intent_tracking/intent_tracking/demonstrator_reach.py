@@ -5,7 +5,7 @@ arm is comfortable, as a person would put it there or walk around it.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from intent_perception.geometry import Array, make_pose, rotation_from_vector, t
 from intent_perception.objects import ObjectModel
 from intent_tracking.demonstrator_approach import approaches, leaves_function_free
 from intent_tracking.demonstrator_arm import Body
-from intent_tracking.demonstrator_grasp import Grasp, Taker
+from intent_tracking.demonstrator_grasp import OPEN, Grasp, Taker
 
 _CLEARANCE = 0.0015
 _BACKWARDS = np.array(
@@ -108,9 +108,12 @@ def _placed(
     taker: Taker, grasp: Grasp, rest: Array, body: Body, spot: Array, rng: np.random.Generator
 ) -> Reach | None:
     """Return the reach with the object turned to where the arm is most comfortable, or None."""
-    heights = _heights(taker, grasp.open_angles, rest @ grasp.T_object_hand)
-    if heights.min() < _CLEARANCE:
-        return None
+    if _heights(taker, grasp.open_angles, rest @ grasp.T_object_hand).min() < _CLEARANCE:
+        grasp = replace(grasp, open_angles=OPEN["flat"])
+        if _heights(taker, grasp.open_angles, rest @ grasp.T_object_hand).min() < _CLEARANCE:
+            return None
+        if taker.distances(grasp.open_angles, grasp.T_object_hand).min() < -0.002:
+            return None
     closed = _heights(taker, grasp.angles, rest @ grasp.T_object_hand)
     best: Reach | None = None
     for yaw in rng.uniform(-np.pi, np.pi) + np.arange(24) * (np.pi / 12.0):
