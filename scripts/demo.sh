@@ -53,7 +53,7 @@ demo=${pids[-1]}
 start intent_perception replay "$robot" --lockstep --objects-only --wait 480 --timeout 480 \
   --ros-args --log-level warn -r __ns:=/robot
 finish "${pids[-1]}" "${nodes[@]}" || fail "the robot's table was not recognised; see the messages above"
-start intent_perception replay "$bag" --lockstep --subscribers 2 --wait 480 --timeout 480 \
+start intent_perception replay "$bag" --lockstep --subscribers 2 --listeners 4 --wait 480 --timeout 480 \
   --ros-args --log-level warn
 finish "${pids[-1]}" "${nodes[@]}" || fail "the bag was not played to its end; see the messages above"
 finish "$demo" "${nodes[@]}" || fail "the run gave no result; see the messages above"

@@ -47,10 +47,8 @@ def _heard(bag: Path) -> dict[str, list[Any]]:
         parameters += ["-p", f"depth_transport:={transport}"]
         graph.start("intent_perception", "recognizer", *parameters)
         graph.start("intent_tracking", "tracker", *parameters)
-        player = graph.start(
-            "intent_perception", "replay", str(bag), "--lockstep", "--subscribers", "2",
-            "--wait", "240", "--timeout", "240",
-        )  # fmt: skip
+        waits = ["--subscribers", "2", "--listeners", "2", "--wait", "240", "--timeout", "240"]
+        player = graph.start("intent_perception", "replay", str(bag), "--lockstep", *waits)
         probe.until(lambda: not graph.alive(player), timeout=480.0)
         assert graph.wait(player) == 0, graph.log(player)
         probe.until(lambda: False, timeout=0.5)

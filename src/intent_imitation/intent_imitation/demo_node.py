@@ -52,7 +52,7 @@ class DemoNode(Node):
         self.create_subscription(CameraInfo, "/rgb/camera_info", self._on_info, 10)
         for name in _NODES:
             self.create_subscription(
-                Header, f"/{name}/processed", lambda m, name=name: self._on_done(name, m), RESULTS
+                Header, f"/{name}/processed", lambda m, name=name: self._on_done(name, m), LATCHED
             )
 
     def complete(self) -> bool:

@@ -33,6 +33,8 @@ class ReplayNode(Node):
             raise ValueError(f"bag {options.bag} has no camera_info: record that topic too")
         self._running, self._objects = not options.start_paused, False
         self._answered: dict[str, int] = {}
+        follows = ("recognizer",) if options.objects_only else ("recognizer", "tracker")
+        self._awaited = follows if options.lockstep else ()
         self._senders: dict[str, Any] = {}
         self._clock_sender = self.create_publisher(Clock, "/clock", 10) if options.clock else None
         self.create_service(Trigger, "~/resume", lambda _, r: self._run(True, r))
@@ -40,8 +42,8 @@ class ReplayNode(Node):
         # Relative names: a namespace makes it the player of another table.
         self.create_subscription(RecognizedObjects, "intent/objects", self._on_objects, LATCHED)
         self._answers("intent/scene_state", SceneState, "tracker")
-        self._answers("tracker/processed", Header, "tracker")
-        self._answers("recognizer/processed", Header, "recognizer")
+        self._answers("tracker/processed", Header, "tracker", LATCHED)
+        self._answers("recognizer/processed", Header, "recognizer", LATCHED)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
 
@@ -75,22 +77,25 @@ class ReplayNode(Node):
         wanted, wait = self._options.subscribers, self._options.wait
 
         def heard() -> int:
-            return min(sender.get_subscription_count() for sender in senders)
+            return min(int(sender.get_subscription_count()) for sender in senders)
 
-        waited = self._until(lambda: heard() >= wanted, wait)
-        if waited >= wait:
+        def ready() -> bool:
+            listeners = self.count_subscribers("intent/scene_state")
+            there = all(self.count_publishers(f"{name}/processed") for name in self._awaited)
+            return heard() >= wanted and there and listeners >= self._options.listeners
+
+        if self._until(ready, wait) >= wait:
             names = ", ".join(sorted({sender.topic_name for sender in senders}))
             self.get_logger().warning(
-                f"only {heard()} of {wanted} nodes listen to all of {names} after {wait:.0f} s: "
-                "playing anyway"
+                f"only {heard()} of {wanted} nodes listen to all of {names} after {wait:.0f} s, "
+                f"or {' or '.join(self._awaited) or 'another node'} is not there: playing anyway"
             )
 
     def _await(self, bundle: Bundle) -> None:
-        """Wait until the tracker, and a recognizer that is there, have dealt with the frame."""
+        """Wait until recognizer and tracker have dealt with the frame."""
 
         def done(name: str) -> bool:
-            absent = not self.count_publishers(f"{name}/processed")
-            return absent or self._answered.get(name, -1) >= bundle.stamp
+            return name not in self._awaited or self._answered.get(name, -1) >= bundle.stamp
 
         waited = self._until(lambda: done("recognizer"), self._options.timeout)
         if not self._objects:
@@ -120,11 +125,11 @@ class ReplayNode(Node):
             self._senders[topic] = self.create_publisher(kind, topic, QoSProfile(depth=10))
         return self._senders[topic]
 
-    def _answers(self, topic: str, kind: Any, name: str) -> None:
+    def _answers(self, topic: str, kind: Any, name: str, qos: Any = RESULTS) -> None:
         def note(message: Any) -> None:
             self._answered[name] = max(self._answered.get(name, -1), stamp_of(message))
 
-        self.create_subscription(kind, topic, note, RESULTS)
+        self.create_subscription(kind, topic, note, qos)
 
     def _on_objects(self, _: Any) -> None:
         self._objects = True

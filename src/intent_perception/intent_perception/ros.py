@@ -86,7 +86,7 @@ class IntentNode(Node):
         self.inputs: FrameSubscription | None = None
         self._seconds: deque[float] = deque(maxlen=300)
         self._count, self._reported, self._bad, self._last_error = 0, 0, 0, ""
-        self._processed = self.create_publisher(Header, "~/processed", RESULTS)
+        self._processed = self.create_publisher(Header, "~/processed", LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_service(SetBool, "~/enable", self._on_enable)
         self.create_service(Trigger, "~/reset", self._on_reset)
