@@ -24,11 +24,11 @@ class Chessboard:
     """A printed chessboard."""
 
     columns: int = 8
-    """Inner corners along one side."""
+    """Inner corners along one side, 3..50."""
     rows: int = 6
-    """Inner corners along the other side."""
+    """Inner corners along the other side, 3..50."""
     square: float = 0.025
-    """Edge of a square [m], measured on the print."""
+    """Edge of a square [m], measured on the print, 0.002..0.5."""
 
     def __post_init__(self) -> None:
         """Refuse boards that cannot be found."""
@@ -54,19 +54,29 @@ class CalibrationConfig:
     """How the table is found, and which answers are trusted."""
 
     max_error: float = 1.0
-    """Greatest root-mean-square distance between seen and predicted corners [pixel]."""
+    """Greatest root-mean-square distance between seen and predicted corners [pixel],
+    0.05..10."""
     focal_length: float = 525.0
-    """Depth images of a longer focal length are reduced to about this one [pixel]."""
+    """Depth images of a longer focal length are reduced to about this one [pixel],
+    100..2000."""
     normal_radius: float = 0.015
-    """Half the window in which normals are estimated [m]."""
+    """Half the window in which normals are estimated [m], 0.002..0.1."""
     max_depth: float = 2.5
-    """Depth beyond is no table [m]."""
+    """Depth beyond is no table [m], 0.3..10."""
     tolerance: float = 0.008
-    """Deviation of the table top from a plane [m]."""
+    """Deviation of the table top from a plane [m], 0.001..0.05."""
     share: float = 0.15
-    """Least share of the image that the table covers."""
+    """Least share of the image that the table covers, 0..1."""
     seed: int = 0
     """Seed of the trial planes."""
+
+    def __post_init__(self) -> None:
+        """Refuse values that find nothing or anything."""
+        for name in ("max_error", "focal_length", "normal_radius", "max_depth", "tolerance"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"expected {name} above 0, got {getattr(self, name)}")
+        if not 0.0 <= self.share <= 1.0:
+            raise ValueError(f"expected share in 0..1, got {self.share}")
 
 
 @dataclass(frozen=True, eq=False)
