@@ -99,11 +99,14 @@ def label_grasp(
 
 def _label(scene: GraspScene, task: str, rules: dict[str, Any]) -> TaskLabel:
     rule, kind = rules[task], scene.target.model.object_class
+    if task == "pouring" and kind in rule["classes"] and scene.functions.opening is None:
+        return TaskLabel(None, float("nan"), {})
     if rule["classes"] != "all" and kind not in rule["classes"]:
         known = kind in rules["known_classes"]
         return TaskLabel(False if known else None, NOT_FOR_CLASS if known else float("nan"), {})
     if task == "hand-over":
-        terms = hand_over_terms(scene, rule, receiver_bank(scene.target))
+        bank = receiver_bank(scene.target, rule["receivers_on_handle"])
+        terms = hand_over_terms(scene, rule, bank)
     elif task == "pouring":
         terms = pouring_terms(scene, rule)
     elif task == "tool-use":

@@ -58,13 +58,14 @@ def with_forearm(hand: GraspingHand, T_object_hand: Array, spheres: Array) -> tu
     return centers, np.concatenate([hand.arrays.sphere_radii, np.full(len(arm), radius)])
 
 
-def receiver_bank(target: TaskObject) -> ReceiverBank:
-    """Return the receivers of an object: human grasps that hold and touch no cutting edge."""
-    return _banks(target)
-
-
 @lru_cache(maxsize=64)
-def _banks(target: TaskObject) -> ReceiverBank:
+def receiver_bank(target: TaskObject, handle_share: float) -> ReceiverBank:
+    """Return the receivers of an object: human grasps that hold it and cut nobody.
+
+    Args:
+        target: the object.
+        handle_share: what cuts is taken with this share of the contacts on the handle.
+    """
     hand = _receiver()
     rng = np.random.default_rng(7)
     choices = [
@@ -74,6 +75,7 @@ def _banks(target: TaskObject) -> ReceiverBank:
     ]
     placed: list[Array] = []
     strata: dict[tuple[int, ...], int] = {}
+    cuts = target.model.functions is not None and target.model.functions.edge is not None
     radii = np.zeros(0)
     sampler = (
         HypothesisSampler(choices, hand, target.extent, target.center_of_mass, rng)
@@ -90,7 +92,7 @@ def _banks(target: TaskObject) -> ReceiverBank:
         if strata.get(stratum, 0) >= _PER_STRATUM:
             continue
         contacts = touching(hand, target.field, grasp.spheres, grasp.clearance)
-        if target.edge_distance(contacts.points).min(initial=1.0) < 0.006:
+        if cuts and (target.handle_share(contacts) or 0.0) < handle_share:
             continue
         if (
             gravity_residual(contacts, target.center_of_mass, target.reach, 0.8, target.weight)
