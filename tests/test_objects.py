@@ -115,7 +115,11 @@ def test_open_mesh_is_an_object_without_volume(tmp_path: Path) -> None:
         ({"unit": "furlong"}, "expected a unit of m, dm, cm, mm, in, got 'furlong'"),
         ({"colour": [1, 0, 0]}, r"has unknown \['colour'\]"),
         ({"color": [1, 0]}, "expected 3 numbers for color"),
+        ({"color": [255, 0, 0]}, "values in 0..1"),
         ({"mass": -1}, "expected mass above 0"),
+        ({"symmetry": "round"}, "object 'thing'"),
+        ({"functions": {"tip": [1, 2]}}, "expected 3 numbers for tip"),
+        ({"unit": None}, r"lacks \['unit'\]"),
         ({"mesh": "none.stl"}, "none.stl does not exist"),
         ({"name": "a b"}, "without blanks"),
     ],
@@ -144,6 +148,20 @@ def test_point_cloud_is_refused_with_the_reason(tmp_path: Path) -> None:
     trimesh.PointCloud(np.random.default_rng(0).uniform(size=(50, 3))).export(tmp_path / "c.ply")
     with pytest.raises(ValueError, match=r"c\.ply holds none \(a point cloud\?\)"):
         loaded(tmp_path, closed_box(), mesh="c.ply")
+
+
+def test_flat_sheet_is_refused_with_the_reason(tmp_path: Path) -> None:
+    sheet = trimesh.Trimesh(
+        [[0, 0, 0], [90, 0, 0], [90, 90, 0], [0, 90, 0]], [[0, 1, 2], [0, 2, 3]]
+    )
+    with pytest.raises(ValueError, match="flat set"):
+        loaded(tmp_path, sheet)
+
+
+def test_keys_left_empty_count_as_left_out(tmp_path: Path) -> None:
+    model = loaded(tmp_path, closed_box(), functions=None, symmetry=None, color=None)
+    assert model.functions is None
+    assert len(model.symmetry.turns) == 3
 
 
 def test_faces_of_an_inverted_mesh_are_turned_outwards(tmp_path: Path) -> None:

@@ -50,13 +50,15 @@ def load_model(entry: dict[str, Any], file: Path) -> ObjectModel:
     if not isinstance(entry, dict):
         raise ValueError(f"{file}: expected entries {{name, mesh, unit, class}}, got {entry!r}")
     where = f"{file}, object {entry.get('name')!r}"
-    missing, unknown = _KEYS - set(entry), set(entry) - _KEYS - _OPTIONAL
+    present = {key for key, value in entry.items() if value is not None}
+    missing, unknown = _KEYS - present, set(entry) - _KEYS - _OPTIONAL
     if missing or unknown:
         problem = f"lacks {sorted(missing)}" if missing else f"has unknown {sorted(unknown)}"
         raise ValueError(f"{where} {problem}; keys: {sorted(_KEYS)}, or {sorted(_OPTIONAL)}")
+    given = {key: value for key, value in entry.items() if value is not None}
     try:
-        return _model(entry, file.parent / str(entry["mesh"]))
-    except (ValueError, TypeError, KeyError, IndexError) as error:
+        return _model(given, file.parent / str(given["mesh"]))
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         raise ValueError(f"{where}: {error}") from error
 
 
@@ -75,8 +77,11 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
         mesh, color = read_mesh(path)
     mesh = mesh.scaled(scale) if scale != 1.0 else mesh
     _check_size(mesh, str(entry["unit"]))
+    _ = mesh.convex_hull  # refuses a flat sheet
     if "color" in entry:
         color = _vector(entry["color"], "color")
+        if color.min() < 0.0 or color.max() > 1.0:
+            raise ValueError(f"expected a color of values in 0..1, got {entry['color']}")
     symmetry = _symmetry(entry["symmetry"]) if "symmetry" in entry else find_symmetry(mesh)
     poses = (
         pose_from_vector(np.asarray(entry["stable_poses"], dtype=np.float64).reshape(-1, 6))
