@@ -60,11 +60,11 @@ def with_forearm(hand: GraspingHand, T_object_hand: Array, spheres: Array) -> tu
 
 @lru_cache(maxsize=64)
 def receiver_bank(target: TaskObject, handle_share: float) -> ReceiverBank:
-    """Return the receivers of an object: human grasps that hold it and cut nobody.
+    """Return the receivers of an object: human grasps that hold it, a tool by its handle.
 
     Args:
         target: the object.
-        handle_share: what cuts is taken with this share of the contacts on the handle.
+        handle_share: a tool is taken with at least this share of the contacts on the handle.
     """
     hand = _receiver()
     rng = np.random.default_rng(7)
@@ -75,7 +75,8 @@ def receiver_bank(target: TaskObject, handle_share: float) -> ReceiverBank:
     ]
     placed: list[Array] = []
     strata: dict[tuple[int, ...], int] = {}
-    cuts = target.model.functions is not None and target.model.functions.edge is not None
+    functions = target.model.functions
+    tool = functions is not None and functions.opening is None and bool(functions.handle)
     radii = np.zeros(0)
     sampler = (
         HypothesisSampler(choices, hand, target.extent, target.center_of_mass, rng)
@@ -92,7 +93,7 @@ def receiver_bank(target: TaskObject, handle_share: float) -> ReceiverBank:
         if strata.get(stratum, 0) >= _PER_STRATUM:
             continue
         contacts = touching(hand, target.field, grasp.spheres, grasp.clearance)
-        if cuts and (target.handle_share(contacts) or 0.0) < handle_share:
+        if tool and (target.handle_share(contacts) or 0.0) < handle_share:
             continue
         if (
             gravity_residual(contacts, target.center_of_mass, target.reach, 0.8, target.weight)
