@@ -119,7 +119,11 @@ def run_trial(
             continue
         hidden = tuple(v for v in model.variables if v not in observed[mask])
         whole = model.evidence(test.features)
-        for method, values in _networks(model, whole.without(model.bank, hidden), config).items():
+        evidence = whole.without(model.bank, hidden)
+        answers = {"ours": sigmoid(model.calibrated_log_odds(evidence))}
+        if config.baselines and mask in ("full", "partial"):
+            answers.update(_recipes(model, evidence))
+        for method, values in answers.items():
             for column, task in enumerate(model.tasks):
                 probability[method, task, mask] = values[rows[task], column]
         if config.baselines and mask in ("full", "partial"):
@@ -129,20 +133,22 @@ def run_trial(
     return Trial({task: split[1][own] for task, own in rows.items()}, probability)
 
 
-def _networks(model: TaskModel, evidence: Evidence, config: ProtocolConfig) -> dict[str, Array]:
-    """Return the probabilities (N, T) of our average and of the single recipes compared."""
-    result = {"ours": sigmoid(model.calibrated_log_odds(evidence))}
-    if not config.baselines:
-        return result
+def _recipes(model: TaskModel, evidence: Evidence) -> dict[str, Array]:
+    """Return the probabilities (N, T) of the recipes compared: PAPER, HARD, then ours but hard."""
     sharp = hardened_evidence(model, evidence)
-    soft = TaskModel(model.classes, model.variables, model.quantisers, model.compared, {})
-    count = len(config.training.recipes)
-    odds, sharp_odds = soft.log_odds(evidence), soft.log_odds(sharp)
-    result["paper_recipe"] = sigmoid(np.stack([own[:, 0] for own in odds], axis=1))
-    result["hard"] = sigmoid(np.stack([own[:, 1] for own in sharp_odds], axis=1))
-    hard = [own[:, 2 : 2 + count].mean(axis=1) for own in sharp_odds]
-    result["hard_ours"] = sigmoid(np.stack(hard, axis=1))
-    return result
+    paper = _part(model, slice(0, 1)).log_odds(evidence)
+    hard = _part(model, slice(1, None)).log_odds(sharp)
+    return {
+        "paper_recipe": sigmoid(np.stack([own[:, 0] for own in paper], axis=1)),
+        "hard": sigmoid(np.stack([own[:, 0] for own in hard], axis=1)),
+        "hard_ours": sigmoid(np.stack([own[:, 1:].mean(axis=1) for own in hard], axis=1)),
+    }
+
+
+def _part(model: TaskModel, members: slice) -> TaskModel:
+    """Return the model of some of the compared networks."""
+    networks = tuple(replace(own, members=own.members[members]) for own in model.compared)
+    return TaskModel(model.classes, model.variables, model.quantisers, networks, {})
 
 
 def hardened_evidence(model: TaskModel, evidence: Evidence) -> Evidence:
