@@ -160,13 +160,14 @@ def _starts(
     """Return start states (B, 26) and rotations (B, 1, 3, 3)."""
     values, rotations = [], []
     along = rotation_between([1.0, 0.0, 0.0], region.direction)
+    behind = np.array([0.0, 0.0, 0.01])  # the points lie on the side that the camera sees
     for posture in POSTURES:
         middle = model.joint_positions(posture).mean(axis=0)
         for turn in range(config.turns):
             angle = 2.0 * np.pi * (turn + rng.uniform(-0.3, 0.3)) / config.turns
             tilt = rotation_from_vector(rng.normal(0.0, 0.2, 3))
             rotation = tilt @ along @ rotation_from_vector([angle, 0.0, 0.0])
-            wrist = region.center + [0.0, 0.0, 0.01] - rotation @ middle
+            wrist = region.center + behind - rotation @ middle
             values.append([*wrist, 0.0, 0.0, 0.0, *posture])
             rotations.append(rotation[None])
     return np.array(values, dtype=np.float32), np.array(rotations, dtype=np.float32)

@@ -34,7 +34,7 @@ from intent_tracking.objective import Labelled, draw_objects, forth_costs, rende
 from intent_tracking.pso import minimise
 from intent_tracking.raster import FAR
 from intent_tracking.refinement import refine
-from intent_tracking.scene import HAND_SIZE
+from intent_tracking.scene import HAND_SIZE, OBJECT_SIZE
 from intent_tracking.tile import Tile, covering_square, cut_tile
 
 SINGLE_LIMITS = np.ascontiguousarray(LIMITS, dtype=np.float32)
@@ -43,6 +43,12 @@ SINGLE_LIMITS = np.ascontiguousarray(LIMITS, dtype=np.float32)
 @dataclass(frozen=True, eq=False)
 class TrackConfig:
     """How one hypothesis follows a frame."""
+
+    swarm_only: bool = False
+    """True: the published particle swarm over hand and objects, and nothing else."""
+    pso_particles: int = 64
+    """Particles of the published swarm."""
+    pso_generations: int = 25
 
     tile_size: int = 128
     """Side of the tile [pixels], a multiple of 16."""
@@ -214,10 +220,23 @@ class SceneTrack:
         config = self.config
         start = guess.chosen(active)
         prior = Prior(start.values, start.rotations, SINGLE_LIMITS, *ties)
+        rng = np.random.default_rng([seed, 7])
+        if config.swarm_only:
+            found = self._swarmed(
+                start, view, active, config.pso_particles, config.pso_generations, True, rng
+            )
+            return self._refined(found, view, prior, self.objects(active), 0)
         best = self._descended(start, view, prior, active, seed)
         if config.swarm_particles and best.cost > config.swarm_cost:
-            rng = np.random.default_rng([seed, 7])
-            found = self._swarmed(best.state, view, active, rng)
+            found = self._swarmed(
+                best.state,
+                view,
+                active,
+                config.swarm_particles,
+                config.swarm_generations,
+                False,
+                rng,
+            )
             rival = self._descended(found, view, prior, active, seed + 1)
             best = min(best, rival, key=lambda fit: fit.total)
         return best
@@ -244,30 +263,39 @@ class SceneTrack:
         return min(best, polished, Fit(swept, best.normal, cost, total), key=lambda fit: fit.total)
 
     def _swarmed(
-        self, start: BodyState, view: View, active: list[int], rng: np.random.Generator
+        self,
+        start: BodyState,
+        view: View,
+        active: list[int],
+        particles: int,
+        generations: int,
+        move_objects: bool,
+        rng: np.random.Generator,
     ) -> BodyState:
         """Return the best of a particle swarm on the published cost around a start."""
         config, objects = self.config, self.objects(active)
         seen = coarser(view.seen, config.swarm_size)
-        costs = np.zeros(config.swarm_particles, np.float32)
+        costs = np.zeros(particles, np.float32)
 
         def cost(states: Single) -> Single:
             forth_costs(
-                self.arrays, objects, seen, states, start.rotations, 0, len(states), False, costs
-            )
+                self.arrays, objects, seen, states, start.rotations, 0, len(states), move_objects,
+                costs,
+            )  # fmt: skip
             return costs.copy()
 
         spread = np.zeros(len(start.values), np.float32)
         spread[:HAND_SIZE] = config.swarm_spread
+        if move_objects:
+            spread[HAND_SIZE:] = np.tile([0.006] * 3 + [0.05] * 3, len(active))
         bounds = np.stack([start.values - 10.0, start.values + 10.0], axis=1)
         bounds[6:HAND_SIZE] = SINGLE_LIMITS
-        swarm = minimise(
-            cost, start.values, spread, bounds, config.swarm_particles,
-            config.swarm_generations, rng,
-        )  # fmt: skip
+        swarm = minimise(cost, start.values, spread, bounds, particles, generations, rng)
         found = BodyState(swarm.best.copy(), start.rotations.copy())
-        turn(*swarm.best[3:6], start.rotations[0], found.rotations[0])
-        found.values[3:6] = 0.0
+        for body in range(1 + len(active)):
+            offset = 3 if body == 0 else 23 + OBJECT_SIZE * body
+            turn(*swarm.best[offset : offset + 3], start.rotations[body], found.rotations[body])
+            found.values[offset : offset + 3] = 0.0
         return found
 
     def accept(self, guess: BodyState, active: list[int], fit: Fit) -> None:

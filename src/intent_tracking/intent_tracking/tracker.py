@@ -1,7 +1,7 @@
 """The tracker (Sec. III-B): a hand and N known objects, 26 + 6 N values from every RGB-D frame."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -54,6 +54,8 @@ class TrackerConfig:
     """Smoothed cost below which a young track is not questioned."""
     young_trials: tuple[int, ...] = (3, 6, 10, 15, 21, 28)
     """Ages in frames at which other starts of both sides are tried."""
+    farthest_rival: float = 0.12
+    """Other starts this far from a track that fits are another thing than its hand [m]."""
     better: float = 0.85
     """Share of the present cost that another start must stay below to take over."""
     doubt_cost: float = 0.30
@@ -102,6 +104,7 @@ class Tracker:
         self, models: Mapping[str, ObjectModel], config: TrackerConfig | None = None
     ) -> None:
         self.config = config or TrackerConfig()
+        self._track_config = replace(self.config.track, swarm_only=self.config.method == "pso")
         self._models = models
         self._hands: dict[Side, HandModel] = {
             "right": HandModel("right"),
@@ -129,7 +132,7 @@ class Tracker:
         self._appearance = AppearanceModel([model.color for model in chosen])
         poses = [T_camera_table @ o.T_table_object for o in objects.objects]
         self._scenery = SceneTrack(
-            self._hands["right"], start_state(poses), self._packed, self.config.track
+            self._hands["right"], start_state(poses), self._packed, self._track_config
         )
         self._scenery_lives = [ObjectLife(pose) for pose in poses]
         self._hypotheses: list[Hypothesis] = []
@@ -272,8 +275,11 @@ class Tracker:
         young = leader.age <= max(self.config.young_trials)
         sides: tuple[Side, ...] = ("right", "left") if young else (side,)
         best: dict[Side, Candidate] = {}
+        place = leader.track.state.values[:3]
         for candidate in self._starts(frame, sides):
-            best.setdefault(candidate.side, candidate)
+            apart = float(np.linalg.norm(candidate.state.values[:3] - place))
+            if apart < self.config.farthest_rival or leader.mean_cost > self.config.accept_cost:
+                best.setdefault(candidate.side, candidate)
         for candidate in best.values():
             state = leader.track.state.copy()
             state.values[:HAND_SIZE] = candidate.state.values
@@ -317,7 +323,7 @@ class Tracker:
         return sorted(found, key=lambda candidate: candidate.cost)
 
     def _hypothesis(self, side: Side, state: BodyState, cost: float) -> Hypothesis:
-        track = SceneTrack(self._hands[side], state, self._packed, self.config.track)
+        track = SceneTrack(self._hands[side], state, self._packed, self._track_config)
         track.cost = cost
         lives = [ObjectLife(life.rest, life.active, life.taken) for life in self._scenery_lives]
         return Hypothesis(track, lives, cost)

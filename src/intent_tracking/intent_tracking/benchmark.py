@@ -1,0 +1,195 @@
+"""Command: the tracker's figures as JSON.
+
+python -m intent_tracking.benchmark [--part NAME] [--seed S] [--quick] [--bags DIR] [--json FILE|-]
+"""
+
+import argparse
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from intent_perception.objects import ObjectDatabase
+from intent_tracking.benchmark_bags import BagErrors, bag_errors, bags_with_truth
+from intent_tracking.benchmark_motions import motion_figures
+from intent_tracking.benchmark_speed import evaluations_per_second, parallel_speedup
+from intent_tracking.benchmark_views import (
+    VIEWS,
+    ViewErrors,
+    recovery,
+    view_errors,
+    view_sequence,
+)
+from intent_tracking.tracker import TrackerConfig
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What to measure on."""
+
+    seed: int
+    quick: bool
+    bags: Path
+
+    @property
+    def seeds(self) -> list[int]:
+        """Noise seeds of the views."""
+        return [self.seed + i for i in range(1 if self.quick else 5)]
+
+    @property
+    def frames(self) -> int | None:
+        """Frames per view, None = all."""
+        return 60 if self.quick else None
+
+
+def views(scope: Scope) -> dict[str, Any]:
+    """Return errors of the three views, coverage and CPU time."""
+    figures: dict[str, Any] = {}
+    everything: list[ViewErrors] = []
+    for view in VIEWS:
+        errors = _view(view, scope, TrackerConfig())
+        everything += errors
+        figures[view] = _view_figures(errors)
+    seconds = np.concatenate([e.seconds[3:] for e in everything])
+    covered = np.concatenate([e.covered.ravel() for e in everything])
+    return {
+        "views": figures,
+        "coverage_2sigma": float(np.nanmean(covered)),
+        "cpu_ms_per_frame": float(1e3 * seconds.mean()),
+        "p95_ms": float(1e3 * np.percentile(seconds, 95)),
+    }
+
+
+def _view(view: str, scope: Scope, config: TrackerConfig) -> list[ViewErrors]:
+    errors = []
+    for seed in scope.seeds:
+        sequence = view_sequence(view, seed, scope.frames)
+        errors.append(view_errors(sequence, replace(config, seed=seed), seed))
+    return errors
+
+
+def _view_figures(errors: list[ViewErrors]) -> dict[str, float]:
+    return {
+        "joint_error_mm": float(1e3 * np.mean([e.joints.mean() for e in errors])),
+        "object_error_mm": float(1e3 * np.mean([e.place.mean() for e in errors])),
+        "object_tilt_deg": float(np.degrees(np.mean([e.tilt.mean() for e in errors]))),
+    }
+
+
+def bags(scope: Scope, config: TrackerConfig | None = None) -> dict[str, Any]:
+    """Return errors over all bags; null where there are none."""
+    found = bags_with_truth(scope.bags)
+    if not found:
+        return {"bags": None}
+    models = ObjectDatabase.load().joined(ObjectDatabase.clutter())
+    chosen = found[:2] if scope.quick else found
+    errors = [bag_errors(bag, config or TrackerConfig(seed=scope.seed), models) for bag in chosen]
+    return {"bags": {**_bag_figures(errors), "each": {e.name: _bag_figures([e]) for e in errors}}}
+
+
+def _bag_figures(errors: list[BagErrors]) -> dict[str, float]:
+    joints = np.concatenate([e.joints for e in errors])
+    lost = np.concatenate([e.lost for e in errors])
+    return {
+        "joint_error_mm": float(1e3 * joints.mean()) if len(joints) else float("nan"),
+        "tracked_joint_error_mm": float(1e3 * joints[~lost].mean()) if (~lost).any() else 0.0,
+        "lost_fraction": float(lost.mean()) if len(lost) else 0.0,
+        "sides_right": float(np.mean([e.side_right for e in errors])),
+        "cpu_ms_per_frame": float(1e3 * np.concatenate([e.seconds[3:] for e in errors]).mean()),
+        "count": len(errors),
+    }
+
+
+def dexycb(scope: Scope) -> dict[str, Any]:
+    """Return errors on real motions worn by the demonstrator's skin; null without the data."""
+    return {"dexycb": motion_figures(scope.seed, 3 if scope.quick else 30)}
+
+
+def recoveries(scope: Scope) -> dict[str, Any]:
+    """Return the rate at which a badly placed hand is found again."""
+    sequence = view_sequence("v0", scope.seed, 60)
+    rate = recovery(sequence, TrackerConfig(), scope.seed, 10 if scope.quick else 40)
+    return {"recovery_rate": rate}
+
+
+def speed(scope: Scope) -> dict[str, Any]:
+    """Return rendered evaluations per second and the gain of a second core."""
+    return {
+        "evaluations_per_second_64": evaluations_per_second(),
+        "parallel_speedup": parallel_speedup(),
+    }
+
+
+def pso(scope: Scope) -> dict[str, Any]:
+    """Return error and CPU time of the published particle swarm on v0."""
+    config = TrackerConfig(method="pso")
+    errors = _view("v0", replace(scope, quick=True) if scope.quick else scope, config)
+    seconds = np.concatenate([e.seconds[3:] for e in errors])
+    return {
+        "pso": {
+            "joint_error_mm": _view_figures(errors)["joint_error_mm"],
+            "cpu_ms_per_frame": float(1e3 * seconds.mean()),
+        }
+    }
+
+
+def without_swarm(scope: Scope) -> dict[str, Any]:
+    """Return the errors of the hybrid method without its swarm."""
+    config = TrackerConfig()
+    config = replace(config, track=replace(config.track, swarm_particles=0))
+    view = _view_figures(_view("v240", scope, config))["joint_error_mm"]
+    recorded = bags(scope, config)["bags"]
+    error = recorded["joint_error_mm"] if recorded else None
+    return {"without_swarm": {"joint_error_mm": {"v240": view, "bags": error}}}
+
+
+PARTS: dict[str, Callable[[Scope], dict[str, Any]]] = {
+    "views": views,
+    "bags": bags,
+    "dexycb": dexycb,
+    "recovery": recoveries,
+    "speed": speed,
+    "pso": pso,
+    "without_swarm": without_swarm,
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the benchmark; return the exit status."""
+    parser = argparse.ArgumentParser(prog="intent_tracking.benchmark", description=__doc__)
+    parser.add_argument("--part", choices=sorted(PARTS))
+    parser.add_argument("--seed", type=int, default=0, help="from 1000 on: for reports")
+    parser.add_argument("--quick", action="store_true", help="fewer seeds, frames and bags")
+    parser.add_argument("--bags", type=Path, default=Path("bags/generated"))
+    parser.add_argument("--json", default="-", help="file, or - for standard output")
+    options = parser.parse_args(arguments)
+    began = time.perf_counter()
+    figures: dict[str, Any] = {
+        "machine": {
+            "cores": os.cpu_count(),
+            "load": os.getloadavg()[0],
+            "cpu": platform.processor() or platform.machine(),
+        },
+        "seed": options.seed,
+    }
+    scope = Scope(options.seed, options.quick, options.bags)
+    for name in [options.part] if options.part else PARTS:
+        figures.update(PARTS[name](scope))
+    figures["seconds"] = time.perf_counter() - began
+    text = json.dumps(figures, indent=2)
+    if options.json == "-":
+        print(text)
+    else:
+        Path(options.json).write_text(text + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,74 @@
+"""Figures on bags with truth: the tracker starts by itself, every frame with a hand counts."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from intent_perception.bags import read_frames
+from intent_perception.geometry import Array
+from intent_perception.objects import ObjectDatabase
+from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_tracking.recording import Recording, track_frames
+from intent_tracking.tracker import TrackerConfig
+
+LOST_ERROR = 0.1
+"""Error that a frame without an answer counts as [m]: about a hand's half length."""
+
+
+@dataclass(frozen=True, eq=False)
+class BagErrors:
+    """What a tracker got wrong on one bag."""
+
+    name: str
+    joints: Array
+    """(V,) mean error of 21 landmarks in each frame with the hand in view, lost ones at
+    `LOST_ERROR` [m]."""
+    lost: Array
+    """(V,) frames without an answer."""
+    side_right: bool
+    """Whether the last answer names the right hand."""
+    seconds: Array
+    """(F,) CPU time of each step [s]."""
+
+
+def bags_with_truth(folder: Path) -> list[Path]:
+    """Return the bags below a folder that have a truth with a hand, sorted."""
+    found = sorted(path.parent for path in folder.glob("*/truth.npz"))
+    return [path for path in found if len(np.load(path / "truth.npz")["joints_camera"]) > 1]
+
+
+def bag_errors(bag: Path, config: TrackerConfig, models: ObjectDatabase) -> BagErrors:
+    """Return the errors on one bag; the objects start at their true first poses.
+
+    Recognition is measured elsewhere: objects that are not in the database are left out.
+    """
+    with np.load(bag / "truth.npz") as file:
+        truth = {name: file[name] for name in file.files}
+    T_table_camera = truth["T_table_camera"]
+    poses = T_table_camera @ truth["objects_camera"][0]
+    items = tuple(
+        RecognizedObject(f"{name}.{row}", name, models[name].object_class, poses[row], 1.0, 1.0)
+        for row, name in enumerate(map(str, truth["object_ids"]))
+        if name in models
+    )
+    start = RecognizedObjects(int(truth["stamps"][0]), items, T_table_camera)
+    named = {model.name: model for model in models}
+    recording = track_frames(read_frames(bag), start, named, config)
+    return _compared(bag.name, recording, truth)
+
+
+def _compared(name: str, recording: Recording, truth: dict[str, Array]) -> BagErrors:
+    stamps = np.array([state.stamp for state in recording.states])
+    rows = np.searchsorted(truth["stamps"], stamps)
+    seen = truth["hand_in_view"][rows]
+    offset = np.linalg.norm(recording.joints_camera - truth["joints_camera"][rows], axis=2)
+    error = offset.mean(axis=1)[seen]
+    sides = [state.hand_side for state in recording.states if state.hand_tracked]
+    return BagErrors(
+        name,
+        np.where(np.isnan(error), LOST_ERROR, error),
+        np.isnan(error),
+        bool(sides) and sides[-1] == str(truth["hand_side"]),
+        recording.seconds,
+    )

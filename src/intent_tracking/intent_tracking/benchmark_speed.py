@@ -1,0 +1,65 @@
+"""How fast the rendered objective is, on one core and on two."""
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from intent_tracking.hand import HandModel
+from intent_tracking.hand_kernel import Single, hand_arrays
+from intent_tracking.object_kernel import object_arrays
+from intent_tracking.objective import Labelled, forth_costs
+
+SIZE, PARTICLES = 64, 2048
+
+
+def _problem() -> tuple[Labelled, Single, Single]:
+    depth = np.full((SIZE, SIZE), 0.8, np.float32)
+    hand = np.zeros((SIZE, SIZE), np.float32)
+    hand[16:48, 16:48] = 1.0
+    seen = Labelled(
+        depth, hand, np.zeros_like(hand), np.ones_like(hand), np.float32(-0.16), np.float32(-0.16),
+        np.float32(0.32 / SIZE),
+    )  # fmt: skip
+    rng = np.random.default_rng(0)
+    states = np.zeros((PARTICLES, 26), np.float32)
+    states[:, :3] = rng.normal([-0.09, 0.0, 0.8], 0.01, (PARTICLES, 3))
+    states[:, 3:6] = rng.normal(0.0, 0.2, (PARTICLES, 3))
+    states[:, 6:] = rng.uniform(0.0, 0.6, (PARTICLES, 20))
+    return seen, states, np.eye(3, dtype=np.float32)[None].copy()
+
+
+def evaluations_per_second(repeats: int = 5) -> float:
+    """Return evaluations of hand and cost at 64 x 64 per CPU second of one core."""
+    seen, states, base = _problem()
+    hand, objects = hand_arrays(HandModel()), object_arrays([])
+    costs = np.zeros(PARTICLES, np.float32)
+    best = np.inf
+    for _ in range(repeats + 1):
+        began = time.process_time()
+        forth_costs(hand, objects, seen, states, base, 0, PARTICLES, False, costs)
+        best = min(best, time.process_time() - began)
+    return PARTICLES / best
+
+
+def parallel_speedup(repeats: int = 5) -> float:
+    """Return how much two threads shorten the wall time of a large swarm."""
+    seen, states, base = _problem()
+    hand, objects = hand_arrays(HandModel()), object_arrays([])
+    costs = np.zeros(PARTICLES, np.float32)
+
+    def part(first: int, last: int) -> None:
+        forth_costs(hand, objects, seen, states, base, first, last, False, costs)
+
+    part(0, 8)
+    walls = []
+    with ThreadPoolExecutor(2) as pool:
+        for threads in (1, 2):
+            cuts = np.linspace(0, PARTICLES, threads + 1).astype(int)
+            best = np.inf
+            for _ in range(repeats):
+                began = time.perf_counter()
+                list(pool.map(part, cuts[:-1], cuts[1:]))
+                best = min(best, time.perf_counter() - began)
+            walls.append(best)
+    return walls[0] / walls[1]

@@ -1,0 +1,129 @@
+import numpy as np
+import pytest
+
+from intent_perception.mesh import Mesh
+from intent_tracking.hand import LIMITS, HandModel
+from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
+from intent_tracking.object_kernel import object_arrays
+from intent_tracking.objective import Labelled, forth_costs
+from intent_tracking.raster import FAR, draw_capsule, draw_mesh
+
+SIZE = 64
+ORIGIN, STEP = np.float32(-0.18), np.float32(0.36 / SIZE)
+
+
+def pose(seed):
+    rng = np.random.default_rng(seed)
+    state = np.zeros(26, np.float32)
+    state[:3] = [-0.05, 0.0, 0.7]
+    state[6:] = rng.uniform(LIMITS[:, 0], LIMITS[:, 1])
+    rotation = np.zeros((3, 3), np.float32)
+    turn(*rng.normal(0, 1, 3).astype(np.float32), np.eye(3, dtype=np.float32), rotation)
+    return state, rotation
+
+
+def drawn_hand(state, rotation, size=SIZE, step=STEP):
+    arrays, buffers = hand_arrays(HandModel()), hand_buffers()
+    place_hand(arrays, state, rotation, buffers)
+    depth = np.full((size, size), FAR)
+    for i, radius in enumerate(arrays.radii):
+        draw_capsule(buffers.ends, i, radius, depth, ORIGIN, ORIGIN, step)
+    return depth, buffers, arrays
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_compiled_kinematics_equal_the_joint_table(side):
+    model = HandModel(side)
+    state, rotation = pose(1)
+    buffers = hand_buffers()
+    place_hand(hand_arrays(model), state, rotation, buffers)
+    local = model.joint_positions(state[6:].astype(float))
+    expected = local @ rotation.T.astype(float) + state[:3]
+    np.testing.assert_allclose(buffers.landmarks, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_hand_depth_is_the_first_hit_of_every_ray(seed):
+    depth, buffers, arrays = drawn_hand(*pose(seed))
+    along = ORIGIN + STEP * np.arange(SIZE)
+    rays = np.stack([*np.meshgrid(along, along), np.ones((SIZE, SIZE))], axis=-1)
+    steps = np.arange(0.5, 0.95, 0.001)
+    points = rays[:, :, None] * steps[:, None]
+    nearest = np.full(points.shape[:3], np.inf)
+    for (a, b), radius in zip(buffers.ends, arrays.radii, strict=True):
+        t = np.clip((points - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+        gap = np.linalg.norm(points - a - t[..., None] * (b - a), axis=-1) - radius
+        nearest = np.minimum(nearest, gap)
+    hit = nearest <= 0.0
+    first = np.where(hit.any(axis=2), steps[hit.argmax(axis=2)], FAR)
+    both = (first < 1.0) & (depth < 1.0)
+    assert both.sum() > 100
+    assert np.abs(first - depth)[both].max() < 0.0015
+    assert ((first < 1.0) != (depth < 1.0)).mean() < 0.01
+
+
+def test_mesh_depth_is_the_plane_of_a_square():
+    vertices = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32) * 0.05
+    faces = np.array([[0, 2, 1], [0, 3, 2]], np.int32)
+    depth = np.full((SIZE, SIZE), FAR)
+    rotation = np.eye(3, dtype=np.float32)
+    work = np.zeros((4, 3), np.float32)
+    zero = np.float32(0.0)
+    draw_mesh(
+        vertices, faces, rotation, zero, zero, np.float32(0.6), depth, ORIGIN, ORIGIN, STEP, work
+    )
+    inside = depth < 1.0
+    assert inside.sum() == pytest.approx((0.1 / 0.6 / STEP) ** 2, rel=0.05)
+    np.testing.assert_allclose(depth[inside], 0.6, atol=1e-5)
+
+
+def test_published_cost_is_lowest_at_the_true_pose():
+    state, rotation = pose(2)
+    depth = drawn_hand(state, rotation)[0]
+    hand = (depth < 1.0).astype(np.float32)
+    seen = Labelled(
+        np.where(depth < 1.0, depth, np.float32(1.4)), hand, np.zeros_like(hand),
+        np.ones_like(hand), ORIGIN, ORIGIN, STEP,
+    )  # fmt: skip
+    rng = np.random.default_rng(3)
+    states = np.repeat(state[None], 64, axis=0)
+    states[1:, :3] += rng.normal(0, 0.01, (63, 3))
+    states[1:, 3:6] += rng.normal(0, 0.1, (63, 3))
+    states[1:, 6:] += rng.normal(0, 0.15, (63, 20))
+    costs = np.zeros(64, np.float32)
+    arrays = hand_arrays(HandModel())
+    forth_costs(arrays, object_arrays([]), seen, states, rotation[None], 0, 64, False, costs)
+    assert costs.argmin() == 0
+
+
+def test_drawn_depth_agrees_with_ray_casting():
+    o3d = pytest.importorskip("open3d")
+    mesh = Mesh.of(*_cone())
+    scene = o3d.t.geometry.RaycastingScene()
+    rotation = pose(5)[1]
+    placed = mesh.vertices @ rotation.T + [0, 0, 0.6]
+    scene.add_triangles(
+        o3d.core.Tensor(placed.astype(np.float32)), o3d.core.Tensor(mesh.faces.astype(np.uint32))
+    )
+    along = ORIGIN + STEP * np.arange(SIZE, dtype=np.float32)
+    rays = np.stack([*np.meshgrid(along, along), np.ones((SIZE, SIZE), np.float32)], axis=-1)
+    rays = np.concatenate([np.zeros_like(rays), rays], axis=-1).astype(np.float32)
+    expected = scene.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy()
+    depth = np.full((SIZE, SIZE), FAR)
+    draw_mesh(
+        mesh.vertices.astype(np.float32), mesh.faces, rotation, np.float32(0), np.float32(0),
+        np.float32(0.6), depth, ORIGIN, ORIGIN, STEP, np.zeros_like(mesh.vertices, np.float32),
+    )  # fmt: skip
+    both = np.isfinite(expected) & (depth < 1.0)
+    assert both.sum() > 100
+    assert np.abs(expected - depth)[both].max() < 0.0005
+
+
+def _cone():
+    angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    ring = np.stack([0.04 * np.cos(angles), 0.04 * np.sin(angles), np.zeros(24)], axis=1)
+    vertices = np.concatenate([ring, [[0, 0, 0.1], [0, 0, 0]]])
+    following = np.roll(np.arange(24), -1)
+    sides = np.stack([np.arange(24), following, np.full(24, 24)], axis=1)
+    floor = np.stack([following, np.arange(24), np.full(24, 25)], axis=1)
+    return vertices, np.concatenate([sides, floor])

@@ -1,0 +1,129 @@
+import numpy as np
+import pytest
+
+from intent_tracking.evidence import Evidence, Prior, Weights
+from intent_tracking.hand import LIMITS, HandModel
+from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
+from intent_tracking.normal_equations import linearize
+from intent_tracking.object_kernel import object_arrays
+from intent_tracking.refinement import refine
+from intent_tracking.wrenches import WRENCH
+
+F = np.float32
+WEIGHTS = Weights(*map(F, (0.02, 0.0, 0.0, 2.0, 0.0, 1.0, 2e-4, 2e-4, 5e-4, 0.0)))
+NOTHING = np.zeros(0, F)
+
+
+def hand_pose(seed):
+    rng = np.random.default_rng(seed)
+    state = np.zeros(26, F)
+    state[:3] = [0.02, -0.01, 0.6]
+    state[6:] = rng.uniform(0.05, 0.6, 20)
+    rotation = np.zeros((1, 3, 3), F)
+    turn(*rng.normal(0, 0.6, 3).astype(F), np.eye(3, dtype=F), rotation[0])
+    return state, rotation
+
+
+def observed(state, rotation, count=600):
+    """Points of the hand's surface that face the camera and lie in no other capsule."""
+    arrays, buffers = hand_arrays(HandModel()), hand_buffers()
+    place_hand(arrays, state, rotation[0], buffers)
+    rng = np.random.default_rng(0)
+    i = rng.integers(0, 24, count)
+    ends = buffers.ends[i]
+    axis = ends[:, 0] + (ends[:, 1] - ends[:, 0]) * rng.random((count, 1)).astype(F)
+    normal = rng.normal(size=(count, 3))
+    normal[:, 2] = -np.abs(normal[:, 2])
+    along = ends[:, 1] - ends[:, 0]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    normal -= along * np.sum(normal * along, axis=1, keepdims=True)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    points = axis + normal * arrays.radii[i][:, None]
+    free = np.ones(count, bool)
+    for (a, b), radius in zip(buffers.ends, arrays.radii, strict=True):
+        t = np.clip((points - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+        free &= np.linalg.norm(points - a - t[:, None] * (b - a), axis=1) > radius - 1e-4
+    points = points[free]
+    empty = np.zeros((32, 32), F)
+    return Evidence(
+        np.ascontiguousarray(points.T, dtype=F), np.zeros((3, 0), F), np.zeros(0, np.int64),
+        empty, empty, F(-0.2), F(-0.2), F(0.4 / 32),
+    )  # fmt: skip
+
+
+def prior_of(state, rotation):
+    return Prior(state.copy(), rotation.copy(), LIMITS.astype(F), NOTHING, NOTHING, NOTHING)
+
+
+def linearized(evidence, prior, state, rotation):
+    normal, gradient = np.zeros((26, 26), F), np.zeros(26, F)
+    cost = linearize(
+        hand_arrays(HandModel()), object_arrays([]), evidence, WEIGHTS, prior, state, rotation,
+        hand_buffers(), normal, gradient, np.zeros((24, WRENCH), F),
+        np.zeros((2, evidence.hand_points.shape[1]), F), np.zeros(20, F), np.zeros(20, np.int64),
+        np.zeros(3, F),
+    )  # fmt: skip
+    return float(cost), normal, gradient
+
+
+def moved(state, rotation, index, step):
+    new, turned = state.copy(), rotation.copy()
+    if 3 <= index < 6:
+        axis = np.zeros(3, F)
+        axis[index - 3] = step
+        turn(*axis, rotation[0], turned[0])
+    else:
+        new[index] += step
+    return new, turned
+
+
+def test_gradient_equals_finite_differences():
+    truth = hand_pose(1)
+    evidence = observed(*truth)
+    state, rotation = truth[0].copy(), truth[1]
+    state[:3] += F(0.004)
+    prior = prior_of(*truth)
+    gradient = linearized(evidence, prior, state, rotation)[2]
+    numeric = np.zeros(26)
+    for index in range(26):
+        ahead = linearized(evidence, prior, *moved(state, rotation, index, F(1e-3)))[0]
+        behind = linearized(evidence, prior, *moved(state, rotation, index, F(-1e-3)))[0]
+        numeric[index] = (ahead - behind) / 2e-3
+    np.testing.assert_allclose(-2.0 * gradient, numeric, atol=0.03 * np.abs(numeric).max())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_refinement_returns_to_the_true_pose(seed):
+    truth = hand_pose(seed)
+    evidence = observed(*truth)
+    rng = np.random.default_rng(seed)
+    states = (truth[0] + rng.normal(0, 0.01, 26)).astype(F)[None]
+    states[0, 3:6] = 0
+    states[0, 6:] += rng.normal(0, 0.1, 20).astype(F)
+    rotations = truth[1][None].copy()
+    turn(F(0.1), F(-0.05), F(0.08), truth[1][0], rotations[0, 0])
+    costs, normals = np.zeros(1, F), np.zeros((1, 26, 26), F)
+    prior = prior_of(states[0], rotations[0])
+    refine(
+        hand_arrays(HandModel()), object_arrays([]), evidence, WEIGHTS, prior, states, rotations,
+        25, costs, normals,
+    )  # fmt: skip
+    joints = []
+    for state, rotation in ((states[0], rotations[0, 0]), (truth[0], truth[1][0])):
+        buffers = hand_buffers()
+        place_hand(hand_arrays(HandModel()), state, rotation, buffers)
+        joints.append(buffers.landmarks.copy())
+    assert np.linalg.norm(joints[0] - joints[1], axis=1).mean() < 0.004
+
+
+def test_normal_matrix_is_the_sum_over_single_points():
+    truth = hand_pose(4)
+    evidence = observed(*truth, count=80)
+    prior = prior_of(*truth)
+    whole = linearized(evidence, prior, *truth)[1]
+    base = linearized(evidence._replace(hand_points=np.zeros((3, 0), F)), prior, *truth)[1]
+    total = np.zeros_like(whole)
+    for n in range(evidence.hand_points.shape[1]):
+        single = evidence._replace(hand_points=evidence.hand_points[:, n : n + 1].copy())
+        total += linearized(single, prior, *truth)[1] - base
+    np.testing.assert_allclose(total + base, whole, atol=1e-3 * np.abs(whole).max())
