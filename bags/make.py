@@ -19,6 +19,7 @@ sys.path.append(str(Path(__file__).resolve().parent))
 
 from own_models import own_models, write_models  # noqa: E402
 from scenarios import RECIPES, ROBOT_TABLE, Recipe  # noqa: E402
+from task_labels import TASKS, label_row, task_labels  # noqa: E402
 
 from intent_perception.bags import BagWriter  # noqa: E402
 from intent_perception.geometry import (  # noqa: E402
@@ -28,6 +29,7 @@ from intent_perception.geometry import (  # noqa: E402
 )
 from intent_perception.objects import ObjectDatabase, ObjectModel  # noqa: E402
 from intent_tracking.demonstrator import Set, all_seen, film, sample_set, still_life  # noqa: E402
+from intent_tracking.demonstrator_grasp import Grasp  # noqa: E402
 from intent_tracking.demonstrator_hand import sample_hand  # noqa: E402
 from intent_tracking.demonstrator_script import Script, rehearse  # noqa: E402
 from intent_tracking.demonstrator_skin import make_skin  # noqa: E402
@@ -43,7 +45,7 @@ def make_bag(recipe: Recipe, seed: int, folder: Path) -> str:
         rng = np.random.default_rng([seed, attempt])
         skin = make_skin(sample_hand(rng, scenario.side))
         try:
-            script = rehearse(scenario, models, skin, rng)
+            script = rehearse(scenario, models, skin, rng, _suits)
         except ValueError as error:
             print(f"  {scenario.name}: {error}; another person tries", flush=True)
             continue
@@ -66,6 +68,11 @@ def make_bag(recipe: Recipe, seed: int, folder: Path) -> str:
         part.rename(folder)
         return f"{scenario.name}: {len(stamps)} frames, grasps at {script.grasp_frames}"
     raise ValueError(f"{scenario.name} cannot be shown with seed {seed}")
+
+
+def _suits(model: ObjectModel, task: str, grasp: Grasp) -> bool:
+    """Return whether the label rules do not deny that the grasp affords the task."""
+    return task_labels(model, grasp)[task].afforded is not False
 
 
 def _sets(rng: np.random.Generator, edge: float) -> list[Set]:
@@ -99,6 +106,10 @@ def _write_truth(
         touch_frame=np.array(script.touch_frames, dtype=np.int64),
         grasped=np.array([i for i, _ in acts], dtype=np.int64),
         T_object_hand=script.grips,
+        label_names=np.array(TASKS),
+        labels=np.array(
+            [label_row(script.models[i], g) for (i, _), g in zip(acts, script.grasps, strict=True)]
+        ).reshape(-1, len(TASKS)),
     )
 
 
@@ -116,7 +127,7 @@ def make_robot_table(seed: int, folder: Path) -> str:
     shutil.rmtree(folder, ignore_errors=True)
     stamps = []
     with BagWriter(folder) as writer:
-        for frame, _ in still_life(chosen, np.array(poses), scene, 12, rng):
+        for frame, _ in still_life(chosen, np.array(poses), scene, 8, rng):
             writer.write(frame)
             stamps.append(frame.stamp)
     count = len(stamps)

@@ -17,29 +17,33 @@ class Recipe:
     """Objects that are not in the shipped database: `models.yaml` is written beside the bag."""
 
 
+_BRISK = Pace(reach=26, approach=7, close=7, hold=13, task=15)
+"""For the bags that are committed: fewer frames, fewer megabytes."""
+
+
 def _one(
     name: str, model: str, task: str, others: tuple[str, ...], seed: int, *, side: str = "right",
-    hesitate: int = 0, pass_by: bool = False, own: bool = False,
+    hesitate: int = 0, pass_by: bool = False, own: bool = False, pace: Pace | None = None,
 ) -> Recipe:  # fmt: skip
-    scenario = Scenario(name, (Act(model, task),), others, side, hesitate, pass_by)
+    scenario = Scenario(name, (Act(model, task),), others, side, hesitate, pass_by, pace or Pace())
     return Recipe(scenario, seed, (model,) if own else ())
 
 
 RECIPES = (
-    _one("pour_mug", "mug_1", "pouring", ("bottle_3", "toy_car"), 11),
-    _one("wash_mug", "mug_1", "dish-washing", ("glass_1", "can"), 12),
-    _one("give_mug", "mug_1", "hand-over", ("hammer_2",), 13),
-    _one("pour_bottle", "bottle_0", "pouring", ("glass_0", "ball"), 14, hesitate=8),
-    _one("give_bottle", "bottle_0", "hand-over", ("knife_1", "box"), 15),
-    _one("pour_glass", "glass_1", "pouring", ("mug_3",), 16),
-    _one("wash_glass", "glass_1", "dish-washing", ("mug_2", "bowl", "can"), 17, hesitate=6),
+    _one("pour_mug", "mug_0", "pouring", ("bottle_3", "toy_car"), 11),
+    _one("wash_mug", "mug_0", "dish-washing", ("glass_1", "can"), 12),
+    _one("give_mug", "mug_0", "hand-over", ("hammer_2",), 13),
+    _one("pour_bottle", "bottle_0", "pouring", ("glass_0", "ball"), 14, pace=_BRISK),
+    _one("give_bottle", "bottle_0", "hand-over", ("knife_1", "box"), 15, pace=_BRISK),
+    _one("pour_glass", "glass_1", "pouring", ("mug_3",), 16, hesitate=8),
+    _one("wash_glass", "glass_1", "dish-washing", ("mug_2", "bowl", "can"), 17, pace=_BRISK),
     _one("strike_hammer", "hammer_0", "tool-use", ("screwdriver_1", "box"), 18),
     _one("give_hammer", "hammer_0", "hand-over", ("bottle_5",), 19),
     _one("cut_knife", "knife_0", "tool-use", ("glass_3",), 20),
     _one("give_knife", "knife_0", "hand-over", ("mug_4", "ball"), 21, pass_by=True),
     _one("turn_screwdriver", "screwdriver_0", "tool-use", ("hammer_3", "can"), 22, side="left"),
     _one("give_screwdriver", "screwdriver_0", "hand-over", ("bottle_1",), 23),
-    _one("pour_bottle_left", "bottle_2", "pouring", ("mug_1", "book"), 24, side="left"),
+    _one("pour_bottle_left", "bottle_2", "pouring", ("mug_1", "book"), 24, side="left", hesitate=6),
     Recipe(Scenario("pour_then_strike", (Act("bottle_3", "pouring"), Act("hammer_1", "tool-use")),
                     ("ball",), pace=Pace(reach=26, hold=14, task=20)), 25),
     Recipe(Scenario("no_grasp", (Act("bottle_4", "pouring", grasped=False),

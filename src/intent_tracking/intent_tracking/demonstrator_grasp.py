@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from intent_perception.geometry import Array, make_pose, transform_points
@@ -63,6 +64,12 @@ class Grasp:
     """Share of the worst unit load (six directions) that friction cannot carry, 0 = all held."""
     penetration: float
     """Deepest point of the skin inside the object: the compressed flesh [m]."""
+    contacts: Array
+    """(K, 3) where skin presses on the object, at most two points per link, object frame [m]."""
+    normals: Array
+    """(K, 3) unit normals into the object."""
+    links: NDArray[np.int64]
+    """(K,) link of the demonstrator's hand that presses there."""
 
 
 class Taker:
@@ -250,7 +257,24 @@ class Taker:
         residual = load_residual(points, normals)
         if residual > 0.3:
             return None
-        return Grasp(pose, start, angles, touching, residual, deepest)
+        few = _spread(contact, self._links, distances)
+        keep = np.isin(contact, few)
+        normals = normals[keep] / np.linalg.norm(normals[keep], axis=1, keepdims=True)
+        return Grasp(
+            pose, start, angles, touching, residual, deepest, points[keep], normals,
+            self._links[contact[keep]],
+        )  # fmt: skip
+
+
+def _spread(
+    contact: NDArray[np.int64], links: NDArray[np.int64], distances: Array
+) -> NDArray[np.int64]:
+    """Return the two deepest samples of every link among the touching ones."""
+    chosen = []
+    for link in np.unique(links[contact]):
+        own = contact[links[contact] == link]
+        chosen.append(own[np.argsort(distances[own])[:2]])
+    return np.concatenate(chosen)
 
 
 def load_residual(points: Array, normals: Array, friction: float = _FRICTION) -> float:

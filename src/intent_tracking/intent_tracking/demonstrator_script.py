@@ -1,14 +1,15 @@
 """A planned demonstration: who does what with which object, and the whole motion of it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from intent_perception.geometry import Array, inverse, make_pose, rotation_from_vector
 from intent_perception.objects import ObjectModel
 from intent_tracking.demonstrator_arm import Body
-from intent_tracking.demonstrator_grasp import OPEN, Taker
+from intent_tracking.demonstrator_grasp import OPEN, Grasp, Taker
 from intent_tracking.demonstrator_motion import Choreography, Motion, mirrored
 from intent_tracking.demonstrator_reach import Reach, plan_reach
 from intent_tracking.demonstrator_skin import Skin, wrist_turn
@@ -75,11 +76,14 @@ class Script:
     """Per grasping act, the first frame in which skin touches the object."""
     grips: Array
     """(D, 4, 4) T_object_hand of each grasping act."""
+    grasps: tuple[Grasp, ...]
+    """The same grasps in full, of the right hand."""
 
 
 def rehearse(
-    scenario: Scenario, models: Mapping[str, ObjectModel], skin: Skin, rng: np.random.Generator
-) -> Script:
+    scenario: Scenario, models: Mapping[str, ObjectModel], skin: Skin, rng: np.random.Generator,
+    accept: Callable[[ObjectModel, str, Grasp], bool] | None = None,
+) -> Script:  # fmt: skip
     """Return the motion of a scenario.
 
     Args:
@@ -87,6 +91,7 @@ def rehearse(
         models: the objects by name.
         skin: the person's hand.
         rng: source of everything that varies.
+        accept: a further condition on a grasp (right hand) of an object for a task.
 
     Raises:
         ValueError: if no comfortable grasp or no room on the table is found.
@@ -94,12 +99,11 @@ def rehearse(
     body = _sample_body(rng)
     chosen = [models[act.object] for act in scenario.acts]
     takers = [Taker(skin, graspable(model), rng) for model in chosen]
-    reaches = [
-        plan_reach(taker, model, act.task, body, spot, rng)
-        for taker, model, act, spot in zip(
-            takers, chosen, scenario.acts, _spots(len(chosen), rng), strict=True
-        )
-    ]
+    reaches = []
+    spots = _spots(len(chosen), rng)
+    for taker, model, act, spot in zip(takers, chosen, scenario.acts, spots, strict=True):
+        suits = None if accept is None else partial(accept, model, act.task)
+        reaches.append(plan_reach(taker, model, act.task, body, spot, rng, suits))
     rest = np.array([reach.T_table_object for reach in reaches])
     stage = Choreography(home(body), OPEN["power"], rest, rng)
     stables = _play(stage, scenario, takers, reaches, body, rng)
@@ -126,6 +130,7 @@ def rehearse(
     return Script(
         hands, motion.angles, wrists, elbows, shoulders, np.concatenate([objects, still], axis=1),
         (*chosen, *others), body.edge, tuple(s for s in stables if s is not None), touches, grip,
+        tuple(r.grasp for r, s in zip(reaches, stables, strict=True) if s is not None),
     )  # fmt: skip
 
 
@@ -153,7 +158,7 @@ def _play(
     rng: np.random.Generator,
 ) -> list[int | None]:  # fmt: skip
     """Append all acts; return the frame of each stable grasp, None for an act without one."""
-    pace = scenario.pace
+    pace = replace(scenario.pace, hesitate=scenario.hesitate)
     stage.wait(9)
     stables: list[int | None] = []
     if scenario.pass_by:

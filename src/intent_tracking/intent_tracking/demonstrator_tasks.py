@@ -18,12 +18,12 @@ SETTLED = 5
 class Pace:
     """Frames of each phase at 30 Hz."""
 
-    reach: int = 30
+    reach: int = 29
     hesitate: int = 0
     approach: int = 9
-    close: int = 9
+    close: int = 8
     hold: int = 15
-    task: int = 26
+    task: int = 24
 
 
 def take_and_use(
