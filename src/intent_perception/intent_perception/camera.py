@@ -253,7 +253,7 @@ def decode_compressed_color(data: bytes) -> ColorImage:
 
 def encode_compressed_depth(millimetres: NDArray[np.uint16]) -> bytes:
     """Return the data of a compressedDepth image of 16UC1 depth (H, W) [mm], lossless."""
-    done, png = cv2.imencode(".png", millimetres)
+    done, png = cv2.imencode(".png", millimetres, [cv2.IMWRITE_PNG_COMPRESSION, 6])
     if not done:
         raise ValueError(f"expected depth (H, W) uint16, got {millimetres.shape}")
     return b"".join((_COMPRESSED_DEPTH_HEADER.pack(0, 0.0, 0.0), png.tobytes()))
