@@ -56,7 +56,7 @@ def make_bag(recipe: Recipe, seed: int, folder: Path) -> str:
         part = folder.parent / ".part" / folder.name
         shutil.rmtree(part, ignore_errors=True)
         truths, stamps = [], []
-        with BagWriter(part) as writer:
+        with BagWriter(part, quality=80) as writer:
             for shot in film(script, skin, scene, rng):
                 writer.write(shot.frame)
                 stamps.append(shot.frame.stamp)
@@ -126,7 +126,7 @@ def make_robot_table(seed: int, folder: Path) -> str:
         poses.append(make_pose(turn, spot) @ model.stable_poses[0])
     shutil.rmtree(folder, ignore_errors=True)
     stamps = []
-    with BagWriter(folder) as writer:
+    with BagWriter(folder, quality=80) as writer:
         for frame, _ in still_life(chosen, np.array(poses), scene, 8, rng):
             writer.write(frame)
             stamps.append(frame.stamp)

@@ -128,8 +128,8 @@ def _perform(
 ) -> None:
     """Append the lift and the beginning of the task."""
     grip = reach.grasp.T_object_hand
-    k = max(4, pace.task // 6)
-    vary = rng.uniform(0.85, 1.15)
+    k = max(2, pace.task // 6)
+    vary = rng.uniform(0.85, 1.15) * min(1.0, k / 4.0)  # less time, less of the task
     deg = np.pi / 180.0
 
     def go(frames: int, shift: tuple[float, float, float], *turns: tuple[int, float]) -> None:
@@ -143,8 +143,8 @@ def _perform(
         go(2 * k, (0.0, -0.02, 0.06))
         go(4 * k, (0.03, -0.14, 0.01))
     elif task == "dish-washing":
-        go(2 * k, (-0.03, 0.02, 0.12))
-        go(4 * k, (-0.10, 0.03, 0.03), (0, 100.0 * deg * vary))
+        go(2 * k, (-0.02, 0.00, 0.10))
+        go(4 * k, (-0.08, 0.00, 0.00), (0, 100.0 * deg * vary))
     else:
         go(2 * k, (0.0, 0.0, 0.08), (0, 60.0 * deg))
         go(k, (0.0, 0.03, 0.04), (2, -28.0 * deg))
