@@ -1,6 +1,6 @@
 """Figures of goal-directed imitation over random tables, as JSON.
 
-python -m intent_imitation.benchmark [--part NAME] [--seed S] [--quick] [--json FILE]
+python -m intent_imitation.benchmark [--part P] [--seed S] [--quick] [--json F] [--pictures DIR]
 """
 
 import argparse
@@ -19,9 +19,9 @@ from intent_imitation.trials import TASKS, Laboratory, Trial, run_trial
 _TABLES, _FEW = 240, 24
 
 
-def choices(seed: int, quick: bool) -> dict[str, Any]:
+def choices(seed: int, quick: bool, pictures: Path | None) -> dict[str, Any]:
     """Return the figures of the contract over random tables."""
-    laboratory = Laboratory(seed)
+    laboratory = Laboratory(seed, pictures)
     rng = np.random.default_rng(seed)
     trials = []
     for number in range(_FEW if quick else _TABLES):
@@ -69,7 +69,7 @@ def share(values: Iterable[bool | float | None]) -> float | None:
     return float(np.mean(known)) if known else None
 
 
-PARTS: dict[str, Callable[[int, bool], dict[str, Any]]] = {"choices": choices}
+PARTS: dict[str, Callable[[int, bool, Path | None], dict[str, Any]]] = {"choices": choices}
 
 
 def machine() -> dict[str, Any]:
@@ -83,12 +83,13 @@ def main() -> None:
     parser.add_argument("--part", choices=sorted(PARTS), default=None)
     parser.add_argument("--seed", type=int, default=0, help="from 1000 on: for reports")
     parser.add_argument("--quick", action="store_true", help="a tenth of the tables")
+    parser.add_argument("--pictures", type=Path, default=None, help="folder for picture strips")
     parser.add_argument("--json", default="-", help="file, or - for standard output")
     arguments = parser.parse_args()
     started, cpu = time.perf_counter(), time.process_time()
     figures: dict[str, Any] = {"machine": machine(), "seed": arguments.seed}
     for name in [arguments.part] if arguments.part else PARTS:
-        figures.update(PARTS[name](arguments.seed, arguments.quick))
+        figures.update(PARTS[name](arguments.seed, arguments.quick, arguments.pictures))
     figures["seconds"] = time.perf_counter() - started
     figures["cpu_seconds"] = time.process_time() - cpu
     text = json.dumps(figures, indent=2)

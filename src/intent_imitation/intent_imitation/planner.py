@@ -49,7 +49,7 @@ class PlannerConfig:
     """Number of grasps checked for collision at a time, most promising first."""
     stability_weight: float = 0.5
     """Exponent of the stability in the score; 0: p(t* | o, a) alone."""
-    unshaken: int = 600
+    unshaken: int = 300
     """Number of grasps tried on the fly for an object without a library."""
 
     def __post_init__(self) -> None:

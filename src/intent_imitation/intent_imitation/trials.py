@@ -10,8 +10,10 @@ import numpy as np
 import intent_inference
 from intent_imitation.copying import copied_grasp
 from intent_imitation.execution import Outcome, World
+from intent_imitation.execution_pictures import picture_of_execution
 from intent_imitation.experience import Judge, LabelledGrasps, merged_table, read_experience
 from intent_imitation.library import SHARE, GraspLibrary
+from intent_imitation.pictures import write_image
 from intent_imitation.plan import GraspCandidate
 from intent_imitation.planner import GraspPlanner
 from intent_imitation.scenes import FITTING, Scene, SceneMaker, merged
@@ -60,8 +62,14 @@ class Trial:
 class Laboratory:
     """Everything that the trials share."""
 
-    def __init__(self, seed: int) -> None:
-        """Train BN^R on half of the objects of each class and open the data sets."""
+    def __init__(self, seed: int, pictures: Path | None = None) -> None:
+        """Train BN^R on half of the objects of each class and open the data sets.
+
+        Args:
+            seed: of the training.
+            pictures: folder for a strip of pictures of every execution; None: no pictures.
+        """
+        self.pictures = pictures
         self.hand = GraspingHand.load("schunk")
         known, clutter = ObjectDatabase.load(), ObjectDatabase.load(CLUTTER)
         self.unseen = frozenset(
@@ -102,12 +110,12 @@ def run_trial(laboratory: Laboratory, scene: Scene, rng: np.random.Generator) ->
         missed = False if fitting else None
         return Trial(scene.task, fitting, hidden, True, seconds, missed, blind)
     index = [item.id for item in objects.objects].index(plan.grasps[0].object_id)
-    outcome, rule = executed(laboratory, scene, plan.grasps[0], index)
+    outcome, rule = executed(laboratory, scene, plan.grasps[0], index, "chosen")
     share = laboratory.judge.share(scene.models[index].name, scene.task)
     copied = copied_posture(laboratory, scene, index, rng)
     copied_held = copied_rule = None
     if copied is not None:
-        copied_outcome, copied_rule = executed(laboratory, scene, copied, index)
+        copied_outcome, copied_rule = executed(laboratory, scene, copied, index, "copied")
         copied_held = copied_outcome.held
     return Trial(
         scene.task,
@@ -133,11 +141,20 @@ def class_choice(model: TaskModel, scene: Scene, rng: np.random.Generator) -> in
 
 
 def executed(
-    laboratory: Laboratory, scene: Scene, grasp: GraspCandidate, index: int
+    laboratory: Laboratory, scene: Scene, grasp: GraspCandidate, index: int, words: str
 ) -> tuple[Outcome, bool | None]:
-    """Return what became of a grasp, and whether it satisfied the task's rule."""
+    """Return what became of a grasp, and whether it satisfied the task's rule.
+
+    Where the laboratory keeps pictures, a strip shows the execution; `words` name it.
+    """
     with World(laboratory.hand, scene.models, scene.T_table_objects) as world:
         outcome = world.execute(grasp, index, scene.task)
+    if laboratory.pictures is not None:
+        title = f"{words}: {scene.models[index].name}, {scene.task}"
+        strip = picture_of_execution(outcome, laboratory.hand, scene.models, index, title)
+        laboratory.pictures.mkdir(parents=True, exist_ok=True)
+        count = len(list(laboratory.pictures.glob("*.png")))
+        write_image(laboratory.pictures / f"{count:03d}_{scene.task}_{words}.png", strip)
     labels = label_grasp(
         laboratory.target(scene.models[index]),
         laboratory.hand,
