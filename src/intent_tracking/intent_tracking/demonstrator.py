@@ -131,7 +131,22 @@ def all_seen(script: Script, scene: Set, share: float = 0.85, pixels: int = 300)
         visible_pixels(render(_WIDE, [mesh], pose[None]), 1)[0]
         for mesh, pose in zip(meshes, poses, strict=True)
     ]
+    if any(_handle_hidden(model, pose) for model, pose in zip(script.models, poses, strict=True)):
+        return False
     return bool(np.all(together >= np.maximum(pixels, share * np.array(alone))))
+
+
+def _handle_hidden(model: ObjectModel, T_camera_object: Array) -> bool:
+    """Return whether a cup's handle points away from the camera: nobody could see its direction."""
+    handle = [part.mesh.vertices for part in model.parts if part.name == "handle"]
+    if not handle or model.functions is None or model.functions.opening is None:
+        return False
+    opening = model.functions.opening
+    out = np.concatenate(handle).mean(axis=0) - opening.center
+    out -= opening.normal * (out @ opening.normal)
+    away = T_camera_object[:3, :3].T @ T_camera_object[:3, 3]
+    away -= opening.normal * (away @ opening.normal)
+    return bool(out @ away > 0.6 * np.linalg.norm(out) * np.linalg.norm(away))
 
 
 def _person(script: Script, f: int, skin: Skin, scene: Set) -> list[Piece]:

@@ -108,7 +108,7 @@ def _side(model: ObjectModel, rng: np.random.Generator) -> Approach:
     u, v = _across(axis)
     azimuth = rng.uniform(-np.pi, np.pi)
     if handle is not None:  # the handle stays in the gap between finger tips and thumb
-        azimuth = handle - np.radians(rng.uniform(165.0, 235.0))
+        azimuth = handle - np.radians(rng.uniform(160.0, 220.0))
     outwards = np.cos(azimuth) * u + np.sin(azimuth) * v
     rotation = _jittered(np.cross(axis, outwards), -outwards, rng, 0.30, 0.12)
     low = 0.056  # half a hand above the table
