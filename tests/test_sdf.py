@@ -53,7 +53,7 @@ def test_distance_grows_by_the_way_outside_the_grid() -> None:
     assert field.distance([0.3, 0.0, 0.0]) == pytest.approx(0.28, abs=1e-5)
 
 
-@pytest.mark.parametrize("name", ["mug_0", "glass_6", "hammer_0", "knife_4", "bottle_0"])
+@pytest.mark.parametrize("name", ["mug_0", "knife_4"])
 def test_points_beside_the_surface_are_on_the_right_side(name: str) -> None:
     mesh = MODELS[name].mesh
     field = SignedDistance.from_mesh(mesh, spacing=0.001, margin=0.005)
