@@ -45,8 +45,8 @@ class GraspConfig:
     """Still: the wrist moved less than this in the object's frame [m]."""
     turn: float = 0.20
     """Still: the wrist turned less than this in the object's frame [rad]."""
-    bend: float = 0.20
-    """Still: the joints moved less than this, as a root mean square [rad]."""
+    bend: float = 0.15
+    """Still: half of the joints moved less than this [rad]; the track of hidden fingers jitters."""
     opposition: float = -0.2
     """Two fingers oppose each other if the cosine between the touched normals is below this."""
     release: float = 0.30
@@ -169,7 +169,7 @@ class GraspDetector:
             if glance.object_index != last.object_index:
                 return False
             relative = inverse(last.T_object_hand) @ glance.T_object_hand
-            bend = float(np.sqrt(np.mean((glance.joints - last.joints) ** 2)))
+            bend = float(np.median(np.abs(glance.joints - last.joints)))
             if (
                 np.linalg.norm(relative[:3, 3]) > config.drift
                 or rotation_angle(relative[:3, :3]) > config.turn
