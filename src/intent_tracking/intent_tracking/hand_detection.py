@@ -39,6 +39,8 @@ class DetectionConfig:
     """Depth agreement with an object at rest that excludes a pixel [m]."""
     skin_margin: float = 0.3
     """Log-likelihood ratio skin : background from which a pixel is skin."""
+    stir: float = 0.02
+    """What has moved less than this since the first frame is no hand [m]."""
     skin_width: float = 2.5
     """Colours less likely than exp(-skin_width) of the likeliest skin are surely no skin."""
     largest_area: float = 0.045
@@ -128,13 +130,17 @@ def find_hand(
     rest_depth: Single,
     table: Array | None,
     appearance: AppearanceModel,
+    still: Single | None,
     config: DetectionConfig,
 ) -> tuple[HandRegion, ...]:
     """Return the most hand-like region of a coarse tile, once per possible direction of the arm.
 
-    Args and thresholds as in `hand_pixels`; empty where nothing looks like a hand.
+    Args and thresholds as in `hand_pixels`; empty where nothing looks like a hand. What has the
+    same depth as in an earlier tile `still` (S, S) is furniture.
     """
     body, skin = hand_pixels(tile, rest_depth, table, appearance, config)
+    if still is not None:
+        skin &= np.abs(tile.depth - still) > config.stir
     pixel = (tile.depth * tile.step) ** 2
     count, labels = cv2.connectedComponents(skin.astype(np.uint8), connectivity=8)
     areas = np.bincount(labels.ravel(), weights=pixel.ravel(), minlength=count)

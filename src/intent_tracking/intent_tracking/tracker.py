@@ -56,12 +56,18 @@ class TrackerConfig:
     """Ages in frames at which other starts of both sides are tried."""
     farthest_rival: float = 0.12
     """Other starts this far from a track that fits are another thing than its hand [m]."""
+    far_better: float = 0.6
+    """Share of the present cost below which even those take over."""
     better: float = 0.85
     """Share of the present cost that another start must stay below to take over."""
     doubt_cost: float = 0.30
     """Smoothed cost above which other starts are tried now and then."""
     doubt_period: int = 5
     """Frames between such trials."""
+    still_frames: int = 4
+    """Frames after which only what has moved may be a new hand."""
+    first_cost: float = 0.25
+    """Cost below which a pose is published before that."""
     least_area: float = 0.0008
     """Visible surface below which there is no hand [m^2]."""
     decision_frames: int = 12
@@ -155,6 +161,7 @@ class Tracker:
         if self._objects is None:
             raise ValueError("expected Tracker.start before Tracker.step")
         if self._frames == 0:
+            self._still = coarse_tile(frame, self.config.detection.size).depth
             self._learn_objects(frame)
         for hypothesis in self._hypotheses:
             self._follow(hypothesis, frame)
@@ -255,12 +262,14 @@ class Tracker:
         found = self._starts(frame, tuple(self._hands))
         if not found:
             return False
+        early = self._frames < self.config.still_frames
+        limit = self.config.first_cost if early else self.config.accept_cost
         best: dict[Side, Candidate] = {}
         for candidate in found:
             best.setdefault(candidate.side, candidate)
         for side, candidate in best.items():
             cost = candidate.cost - (self.config.side_bias if side == self._side else 0.0)
-            if candidate.cost < self.config.accept_cost and cost < found[0].cost + 0.25:
+            if candidate.cost < limit and cost < found[0].cost + 0.25:
                 state = self._scenery.state.copy()
                 state.values[:HAND_SIZE] = candidate.state.values
                 state.rotations[0] = candidate.state.rotations[0]
@@ -278,7 +287,8 @@ class Tracker:
         place = leader.track.state.values[:3]
         for candidate in self._starts(frame, sides):
             apart = float(np.linalg.norm(candidate.state.values[:3] - place))
-            if apart < self.config.farthest_rival or leader.mean_cost > self.config.accept_cost:
+            near = apart < self.config.farthest_rival
+            if near or candidate.cost < self.config.far_better * leader.mean_cost:
                 best.setdefault(candidate.side, candidate)
         for candidate in best.values():
             state = leader.track.state.copy()
@@ -308,7 +318,10 @@ class Tracker:
         found: list[Candidate] = []
         hands = {side: (self._hands[side], hand_arrays(self._hands[side])) for side in sides}
         rng = np.random.default_rng([config.seed, self._frames])
-        for region in find_hand(tile, depth, self._table, self._appearance, config.detection):
+        still = self._still if self._frames >= config.still_frames else None
+        for region in find_hand(
+            tile, depth, self._table, self._appearance, still, config.detection
+        ):
             points = region.points.T.astype(np.float64)
             square = covering_square(frame.camera, points, 30.0, 80.0)
             part = cut_tile(frame, square, config.initialisation.tile_size)
