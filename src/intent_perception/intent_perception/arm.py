@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.oriented_image import OrientedImage
+from intent_perception.segmentation import connected_surfaces
 from intent_perception.table import TablePlane
 
 Mask = NDArray[np.bool_]
 
 _LOWEST = 0.012  # what is lower may be the table [m]
-_JUMP = 0.025  # neighbouring pixels further apart in depth do not hang together [m]
 _ELBOW = 0.08  # what is higher at the table's edge may belong to an arm [m]
 _OUTSIDE = 0.03  # beyond the table's edge by this is outside [m]
 
@@ -60,17 +60,3 @@ def arm_pixels(image: OrientedImage, table: TablePlane | None, config: ArmConfig
     reaching[0] = False
     grown = cv2.dilate((reaching[labels] & over).astype(np.uint8), np.ones((5, 5), np.uint8))
     return np.asarray(raised & (grown > 0))
-
-
-def connected_surfaces(mask: Mask, depth: NDArray[np.float32]) -> tuple[NDArray[np.int32], int]:
-    """Return labels (H, W) of parts of a mask that hang together in space, and their number.
-
-    Label 0 is what is outside the mask or at a jump in depth.
-    """
-    kernel = np.ones((3, 3), np.uint8)
-    filled = np.where(mask, depth, np.float32(0.0))
-    highest = cv2.dilate(filled, kernel)
-    lowest = cv2.erode(np.where(mask, depth, np.float32(10.0)), kernel)
-    smooth = mask & (highest - lowest < _JUMP)
-    count, labels = cv2.connectedComponents(smooth.astype(np.uint8))
-    return labels, count

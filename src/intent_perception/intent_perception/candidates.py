@@ -22,13 +22,18 @@ _STEPS = np.array([0.010, 0.007, 0.005], np.float32)  # largest residuals of the
 _FINAL_STEPS = np.array([0.006, 0.005, 0.004, 0.004], np.float32)
 _ALIGNED_POINTS = 160
 _TURNS_REFINED = 3
+_EQUAL = 0.005  # turns that explain this much less are as good
 _LEAST_SCORE = 0.25
 _REGION = 48  # edge of the image regions between which the drawing is shared out [pixel]
 _PER_REGION = 36
 _PER_MODEL = 3  # in one region
 _CLEAR = 0.3  # evidence of pixels whose colour counts
+_LEAST_CONTOUR_FACTOR = 0.85  # neighbours may touch: the contour alone rules nothing out
 _LEAST_COLOR_FACTOR = 0.5  # lamps and paints differ: colour alone rules nothing out
-_BELOW = 0.010  # an object that reaches further into the table is hardly there [m]
+_AROUND = 20  # width of the frame in which the table is looked at [pixel]
+_LEAST_AROUND = 50
+_BENT = 0.02  # largest error of the table plane there [m]
+_BELOW = 0.012  # an object that reaches further into the table is hardly there [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,11 +143,11 @@ class Drafter:
             windows.append((drawing.left, drawing.top, width, height, start))
             counts.append(drawing.counts)
             ends, goes_on = drawing.contour(self._scene, nothing, self._tolerance)
-            factor = (ends + 5.0) / (ends + goes_on + 5.0)
-            if self.lowest(int(model), pose) < -_BELOW:
-                factor *= 0.5
+            factor = max((ends + 5.0) / (ends + goes_on + 5.0), _LEAST_CONTOUR_FACTOR)
+            if self.lowest(int(model), pose, drawing) < -_BELOW:
+                factor *= 0.7
             colored = max(float(np.exp(-drawing.mismatch)), _LEAST_COLOR_FACTOR)
-            factors.append(factor**2 * colored)
+            factors.append(factor * colored)
             start += drawing.evidence.size
         return Evidence(
             np.concatenate(values),
@@ -151,12 +156,25 @@ class Drafter:
             np.array(factors, np.float32),
         )
 
-    def lowest(self, model: int, pose: Floats) -> float:
-        """Return the height above the table of the model's lowest point [m], 0 without a table."""
-        plane = self._scene.plane
+    def lowest(self, model: int, pose: Floats, drawing: Drawing) -> float:
+        """Return how far the model's lowest point is above the table around it [m].
+
+        Depth cameras bend planes by centimetres towards the image's corners, so the table's height
+        is taken from its pixels near the object. 0 without a table.
+        """
+        scene = self._scene
+        if scene.parts.table is None:
+            return 0.0
+        plane = scene.plane
         along = plane[:3] @ pose[:9].reshape(3, 3)
-        height = self._library.vertices[model] @ along
-        return float(height.min() + plane[:3] @ pose[9:] + plane[3])
+        lowest = float((self._library.vertices[model] @ along).min())
+        height, width = drawing.depth.shape
+        rows = slice(max(0, drawing.top - _AROUND), drawing.top + height + _AROUND)
+        columns = slice(max(0, drawing.left - _AROUND), drawing.left + width + _AROUND)
+        around = scene.parts.height[rows, columns]
+        bare = (scene.parts.mask[rows, columns] == 0) & (np.abs(around) < _BENT) & (around != 0.0)
+        table = float(np.median(around[bare])) if bare.sum() > _LEAST_AROUND else 0.0
+        return lowest + float(plane[:3] @ pose[9:] + plane[3]) - table
 
     def best_turn(self, model: int, pose: Floats, explained: Floats) -> tuple[Floats, float]:
         """Return the pose or one of its turns that explains more, and how many turns look alike.
@@ -192,4 +210,36 @@ class Drafter:
             gained = self.drawing(model, other).worth(explained)
             if gained > best_worth:
                 best, best_worth = other, gained
-        return best, alike
+        return self._middle(model, best, best_worth, explained), alike
+
+    def _middle(self, model: int, pose: Floats, worth: float, explained: Floats) -> Floats:
+        """Return the pose turned to the middle of the turns that explain as much.
+
+        A mug's handle that is hidden may be anywhere behind the mug: its middle errs least.
+        """
+        library, scene = self._library, self._scene
+        steps = len(library.turns[model]) // 2
+        if steps < 3:
+            return pose
+        spins, about = library.turns[model][:steps], library.spin_points[model]
+        turned_worth = worth_of_turns(
+            pose,
+            spins,
+            about,
+            library.vertices[model],
+            library.faces[model],
+            scene.image.depth,
+            *scene.surface,
+            self._tolerance,
+            explained,
+        )
+        equal = turned_worth > worth * (1.0 - _EQUAL)
+        if equal.all() or not (equal[0] or equal[-1]):
+            return pose
+        ahead, behind = int(np.argmin(equal)), int(np.argmin(equal[::-1]))
+        middle = int((ahead - behind) / 2)
+        if middle == 0:
+            return pose
+        # turn k is that by k + 1 steps; from the end they count backwards
+        other: Floats = turned(pose, spins[middle - 1 if middle > 0 else middle], about)
+        return other

@@ -50,7 +50,7 @@ def features_of(
     Args:
         drawing: the object in the scene.
         contour: pixels where the scene ends with the object, and where it goes on.
-        lowest: height of the lowest point above the table [m].
+        lowest: height of the lowest point above the table around the object [m].
         alike: share of the turns that look alike.
         worth: what the object newly explains [pixel].
         rival: what the best other model would explain, relative to this one.
@@ -63,10 +63,10 @@ def features_of(
             quality_of(counts[None])[0],
             min(goes_on / (ends + goes_on + 5.0), 0.4),
             counts[HIDDEN] / drawn,
-            min(abs(lowest), 0.02) * 50.0,
+            min(max(abs(lowest) - 0.008, 0.0), 0.02) / 0.02,
             min(max(worth, 0.0) / match, 1.0),
             min(rival, 1.2),
-            min(ends, 100) / 100.0,
+            min(ends, 40) / 40.0,
             min(drawing.mismatch, 3.0),
             min(counts[RESIDUAL] / match * 1000.0, 5.0),
             np.log(max(worth, 20.0) / 100.0),

@@ -1,6 +1,6 @@
 """Detection of known objects in one RGB-D frame (Sec. III-A): hypothesise, verify, select."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from intent_perception.table_prior import sample_resting
 Floats = NDArray[np.float32]
 
 _COARSE = 1.7  # the first stage allows for the error of a single pair
+_SELECTIONS = 3
 _SLOTS = 3  # poses kept of each model in each image cell
 
 
@@ -49,7 +50,7 @@ class DetectorConfig:
     """Scene points from which resting poses are proposed."""
     resting_lookups: int = 600
     """Resting model points tried for each of them."""
-    refined_per_model: int = 48
+    refined_per_model: int = 80
     """Hypotheses of each model that are refined on their points."""
     tolerance: float = 0.006
     """Depth difference of a match at 1 m [m]."""
@@ -135,7 +136,7 @@ class Detector:
         drafter = Drafter(self.library, scene, config.tolerance)
         models, poses = drafter.aligned(*slots.best(config.refined_per_model))
         evidence = drafter.evidence(models, poses)
-        chosen = select(evidence, scene.shape, config.least_pixels, config.least_quality, 0.5)
+        chosen = self._chosen(scene, drafter, models, poses, evidence)
         found = [
             self._detection(scene, drafter, models, poses, evidence, chosen, k)
             for k in range(len(chosen))
@@ -187,6 +188,34 @@ class Detector:
         )
         return slots, int(made)
 
+    def _chosen(
+        self,
+        scene: SceneView,
+        drafter: Drafter,
+        models: NDArray[np.int64],
+        poses: Floats,
+        evidence: Evidence,
+    ) -> NDArray[np.int64]:
+        """Return the hypotheses that stand together; those in the midst of a surface stand back."""
+        config = self.config
+        factors = evidence.factors.copy()
+        chosen = np.zeros(0, np.int64)
+        for _ in range(_SELECTIONS):
+            weighted = replace(evidence, factors=factors)
+            chosen = select(weighted, scene.shape, config.least_pixels, config.least_quality, 0.5)
+            before = factors.copy()
+            for k, index in enumerate(chosen):
+                explained = explained_by(
+                    evidence.values, evidence.windows, np.delete(chosen, k), scene.shape
+                )
+                drawing = drafter.drawing(int(models[index]), poses[index])
+                ends, goes_on = drawing.contour(scene, explained, config.tolerance)
+                ratio = (ends + 5.0) / (ends + goes_on + 5.0)
+                factors[index] = min(factors[index], ratio**2)
+            if np.array_equal(before, factors):
+                break
+        return chosen
+
     def _detection(
         self,
         scene: SceneView,
@@ -211,7 +240,7 @@ class Detector:
         features = features_of(
             drawing,
             drawing.contour(scene, explained, self.config.tolerance),
-            drafter.lowest(model, pose),
+            drafter.lowest(model, pose, drawing),
             alike,
             drawing.worth(explained),
             rival / max(float(rivals[chosen[k]]), 1.0),

@@ -11,6 +11,8 @@ from intent_perception.table import TablePlane
 
 _LOWEST = 0.005  # what is lower belongs to the table [m]
 _HIGHEST = 0.50  # what is higher is no object on the table [m]
+_SHARE_OVER = 0.15  # of an object's pixels, at least, are over the visible table
+_JUMP = 0.025  # neighbouring pixels further apart in depth do not hang together [m]
 _MARGIN = 0.01  # objects may reach this far over the table's visible edge [m]
 _SMALLEST = 40  # fewer connected pixels are noise
 
@@ -46,8 +48,14 @@ def segment(
         points = image.points()
         height = np.where(image.valid, table.height(points), np.float32(0.0))
         mask = (height > _LOWEST) & (height < _HIGHEST)
-        rows, columns = np.nonzero(mask)
-        mask[rows, columns] = table.over_table(points[rows, columns], _MARGIN)
+        labels, count = connected_surfaces(mask, image.smooth)
+        over = table.over_table(points, _MARGIN)
+        # the table behind an object is hidden, so the object may seem to stand beyond its edge
+        total = np.bincount(labels[mask], minlength=count)
+        share = np.bincount(labels[mask & over], minlength=count) / np.maximum(total, 1)
+        stands = share > _SHARE_OVER
+        stands[0] = False
+        mask &= over | stands[labels]
     if allowed is not None:
         mask = mask & allowed
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
@@ -56,3 +64,19 @@ def segment(
     number = np.where(large, np.cumsum(large), 0).astype(np.int32)
     clusters = number[labels] if count > 1 else np.zeros_like(labels)
     return Segmentation(table, height, (clusters > 0).astype(np.uint8), clusters)
+
+
+def connected_surfaces(
+    mask: NDArray[np.bool_], depth: NDArray[np.float32]
+) -> tuple[NDArray[np.int32], int]:
+    """Return labels (H, W) of parts of a mask that hang together in space, and their number.
+
+    Label 0 is what is outside the mask or at a jump in depth.
+    """
+    kernel = np.ones((3, 3), np.uint8)
+    filled = np.where(mask, depth, np.float32(0.0))
+    highest = cv2.dilate(filled, kernel)
+    lowest = cv2.erode(np.where(mask, depth, np.float32(10.0)), kernel)
+    smooth = mask & (highest - lowest < _JUMP)
+    count, labels = cv2.connectedComponents(smooth.astype(np.uint8))
+    return labels, count

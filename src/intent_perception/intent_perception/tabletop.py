@@ -16,8 +16,8 @@ from intent_perception.sensor import KinectNoise, observe
 
 _TABLE_SIZE = (1.4, 1.0, 0.02)
 _GAP = 0.002  # between objects that touch [m]
-_COLOR_SPREAD = 0.05
-_LAMP_SPREAD = 0.06
+_COLOR_SPREAD = 0.05  # paint differs from its model by this share of each channel
+_LAMP_SPREAD = 0.05  # lamp and white balance too
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,8 @@ def tabletop_scene(
     placed = np.stack([T_camera_table, *(T_camera_table @ T for T in poses)])
     lamp = 1.0 + rng.normal(0.0, _LAMP_SPREAD, 3)
     base = np.array([rng.uniform(0.25, 0.8, 3), *(m.color for m in models)])
-    colors = np.clip((base + rng.normal(0.0, _COLOR_SPREAD, base.shape)) * lamp, 0.02, 1.0)
+    paint = 1.0 + rng.normal(0.0, _COLOR_SPREAD, base.shape)
+    colors = np.clip(base * paint * lamp, 0.02, 1.0)
     full = render(KINECT, meshes, placed, colors)
     objects = []
     for k, model in enumerate(models):
