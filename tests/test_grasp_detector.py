@@ -80,8 +80,8 @@ def test_a_lost_hand_grasps_nothing(database):
 
 
 def test_a_left_hand_gives_the_features_of_the_mirrored_right_hand(database):
-    right = grasps(database, reach_and_hold(0))[0].features
-    left = grasps(database, reach_and_hold(0, "left"))[0].features
+    held = {side: [state(k, 1.0, side=side) for k in range(20)] for side in ("right", "left")}
+    right, left = (grasps(database, held[side])[0].features for side in ("right", "left"))
     for name in ("dir", "npos", "fcon"):
         np.testing.assert_allclose(getattr(left, name), getattr(right, name), atol=1e-5)
     assert left.fvol[0] == pytest.approx(right.fvol[0], abs=0.03)

@@ -45,7 +45,7 @@ class GraspConfig:
     """Still: the wrist moved less than this in the object's frame [m]."""
     turn: float = 0.20
     """Still: the wrist turned less than this in the object's frame [rad]."""
-    bend: float = 0.15
+    bend: float = 0.12
     """Still: half of the joints moved less than this [rad]; the track of hidden fingers jitters."""
     opposition: float = -0.2
     """Two fingers oppose each other if the cosine between the touched normals is below this."""
