@@ -101,7 +101,7 @@ class Verdict:
     """ADD or, for symmetric objects and siblings, ADD-S [m]; NaN where nothing is near."""
     found_as: str
     grasp_offset: int | None
-    """Frames of the only grasp reported for it after the true one; None: none or several."""
+    """Frames from the true moment to the reported one; None: no grasp or several."""
     rank: int | None
     """Place of the true task in the posterior, 1 = first."""
     class_rank: int
@@ -121,11 +121,12 @@ def judge(folder: Path, run: Run) -> list[Verdict]:
         error, found_as = recognition_error(truth, act, run, database, model)
         begin = int(truth["grasp_frame"][act - 1]) + 15 if act else 0
         end = int(truth["grasp_frame"][act]) + 30
-        mine = [i for i, (frame, _) in enumerate(run.grasps) if begin <= frame < end]
+        moments = [int(np.searchsorted(truth["stamps"], grasp.stamp)) for _, grasp in run.grasps]
+        mine = [i for i, frame in enumerate(moments) if begin <= frame < end]
         task = str(truth["task"][act])
         offset, rank = None, None
         if len(mine) == 1:
-            offset = run.grasps[mine[0]][0] - int(truth["grasp_frame"][act])
+            offset = moments[mine[0]] - int(truth["grasp_frame"][act])
             rank = _rank(run.posteriors[mine[0]], task)
         verdicts.append(
             Verdict(

@@ -1,11 +1,12 @@
 """All bags against their truth, one line each: `pytest tests -m bags -s`."""
 
+import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.bag_runs import Run, Verdict, folders, joint_error, judge, replay_bag
+from tests.bag_runs import ROOT, Run, Verdict, folders, joint_error, judge, replay_bag
 
 pytestmark = [pytest.mark.bags, pytest.mark.slow]
 
@@ -14,11 +15,24 @@ _FRAMES = 10
 
 
 @pytest.fixture(scope="module")
-def runs() -> dict[Path, Run]:
+def runs(request: pytest.FixtureRequest) -> dict[Path, Run]:
+    """Every bag that is there; asked for by `-m bags`, the missing ones are made first."""
+    if request.config.getoption("markexpr") == "bags":
+        _make_missing()
     found = [folder for folder in folders() if folder.name != "robot_table"]
     if not found:
         pytest.skip("no bag: python bags/make.py")
     return {folder: replay_bag(folder) for folder in found}
+
+
+def _make_missing() -> None:
+    make = [sys.executable, str(ROOT / "bags" / "make.py")]
+    listed = subprocess.run([*make, "--list"], capture_output=True, text=True, check=True).stdout
+    there = {folder.name for folder in folders()}
+    missing = [line.split()[0] for line in listed.splitlines() if line.split()[0] not in there]
+    halves = [half for half in (missing[::2], missing[1::2]) if half]
+    for process in [subprocess.Popen([*make, *half]) for half in halves]:
+        assert process.wait() == 0
 
 
 @pytest.fixture(scope="module")
