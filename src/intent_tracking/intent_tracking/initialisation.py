@@ -43,15 +43,16 @@ class InitialisationConfig:
 
     turns: int = 10
     """Turns about the arm."""
-    coarse_iterations: int = 8
-    finalists: int = 6
+    coarse_iterations: int = 4
+    """Levenberg-Marquardt steps of all starts, and again of the better half."""
+    finalists: int = 4
     """Starts per side that are refined to the end."""
     fine_iterations: int = 8
     sweep_trials: int = 48
     """Trial poses per finger of every finalist."""
     sweep_spread: float = 0.4
     """Standard deviation of local trials [rad]."""
-    points: int = 256
+    points: int = 192
     coarse_scale: float = 0.025
     """Outlier scale of the first refinement [m]."""
     fine_scale: float = 0.010
@@ -180,7 +181,7 @@ def _refine(
     values: Single,
     rotations: Single,
     iterations: int,
-) -> None:
+) -> Single:
     prior_state = np.zeros(26, np.float32)
     prior_state[6:] = POSTURES[1]
     none = np.zeros(0, np.float32)
@@ -191,6 +192,7 @@ def _refine(
     refine(
         arrays, NO_OBJECTS, evidence, weights, prior, values, rotations, iterations, costs, normals
     )
+    return costs
 
 
 def _cost(arrays: HandArrays, seen: Labelled, values: Single, rotations: Single) -> float:

@@ -4,7 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry import Array, rotation_angle
+from intent_perception.geometry import (
+    Array,
+    make_pose,
+    rotation_angle,
+    rotation_from_vector,
+    vector_from_rotation,
+)
 from intent_tracking.hand_kernel import HandBuffers, Single
 from intent_tracking.object_kernel import ObjectArrays, object_distances
 
@@ -32,6 +38,11 @@ class ObjectLifeConfig:
     """Weight of the resting rotation [m^2 / rad^2]."""
     free_place: float = 1.0
     free_turn: float = 4e-3
+    carried_place: float = 15.0
+    """Weight of the place that the hand carries the object to, in observed points."""
+    carried_turn: float = 0.02
+    grip_rate: float = 0.1
+    """Share by which the remembered grasp follows the present one in a frame."""
     unseen_frames: int = 15
     """Frames in which an object that should be seen is not, until it is lost."""
 
@@ -52,6 +63,8 @@ class ObjectLife:
     """Frames without motion."""
     unseen: int = 0
     """Frames without support in the image."""
+    grip: Array | None = None
+    """(4, 4) T_hand_object of the grasp, averaged over frames; None while it is not carried."""
 
     def update(self, gap: float, before: Array, now: Array, config: ObjectLifeConfig) -> None:
         """Take note of a frame.
@@ -77,8 +90,28 @@ class ObjectLife:
         else:
             self.active = self.active and gap < config.far
 
+    def hold(self, T_hand_object: Array, seen: bool, config: ObjectLifeConfig) -> None:
+        """Take note of where the object lies in the hand, if it is carried.
+
+        Args:
+            T_hand_object: (4, 4) present pose in the hand.
+            seen: whether enough of the object is seen to trust that pose.
+            config: how fast the grasp may change.
+        """
+        if not self.carried:
+            self.grip = None
+        elif self.grip is None:
+            self.grip = T_hand_object
+        elif seen:
+            turned = vector_from_rotation(self.grip[:3, :3].T @ T_hand_object[:3, :3])
+            rotation = self.grip[:3, :3] @ rotation_from_vector(config.grip_rate * turned)
+            step = config.grip_rate * (T_hand_object[:3, 3] - self.grip[:3, 3])
+            self.grip = make_pose(rotation, self.grip[:3, 3] + step)
+
     def ties(self, config: ObjectLifeConfig) -> tuple[float, float, float]:
         """Return (touch, place, turn) of `Prior` for the next fit."""
+        if self.carried:
+            return 1.0, config.carried_place, config.carried_turn
         if self.taken:
             return 1.0, config.free_place, config.free_turn
         return 0.0, config.rest_place, config.rest_turn

@@ -52,7 +52,7 @@ class TrackerConfig:
     """Smoothed cost per hand pixel above which the hand is lost."""
     good_cost: float = 0.22
     """Smoothed cost below which a young track is not questioned."""
-    young_trials: tuple[int, ...] = (3, 6, 10, 15, 21, 28)
+    young_trials: tuple[int, ...] = (3, 7, 13, 21)
     """Ages in frames at which other starts of both sides are tried."""
     farthest_rival: float = 0.12
     """Other starts this far from a track that fits are another thing than its hand [m]."""
@@ -74,7 +74,7 @@ class TrackerConfig:
     """Frames over which a right and a left hand compete."""
     decision_margin: float = 0.12
     """Lead in mean cost that ends the competition."""
-    side_bias: float = 0.04
+    side_bias: float = 0.10
     """Cost that the side last seen is ahead at a new start."""
     learn_period: int = 4
     """Frames between updates of the colour models."""
@@ -206,16 +206,15 @@ class Tracker:
             if k in active:
                 seen = int((view.pixels.label == OF_OBJECT + active.index(k)).sum())
                 life.unseen = life.unseen + 1 if seen < 12 else 0
+                life.hold(inverse(track.state.pose(0)) @ now, seen > 60, self.config.life)
 
     def _carried(self, hypothesis: Hypothesis, guess: BodyState) -> BodyState:
         """Return a prediction in which rested objects rest and carried ones follow the hand."""
-        track = hypothesis.track
-        motion = guess.pose(0) @ inverse(track.state.pose(0))
         for k, life in enumerate(hypothesis.lives):
             if not life.taken:
                 guess = guess.with_object(k, life.rest)
-            elif life.carried:
-                guess = guess.with_object(k, motion @ track.state.pose(1 + k))
+            elif life.grip is not None:
+                guess = guess.with_object(k, guess.pose(0) @ life.grip)
         return guess
 
     def _ties(self, lives: list[ObjectLife], active: list[int]) -> Ties:
