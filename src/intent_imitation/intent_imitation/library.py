@@ -127,7 +127,7 @@ class GraspLibrary:
         if not source.is_file():
             raise ValueError(f"no grasp library {source}; {remedy}")
         try:
-            with np.load(source, allow_pickle=False) as stored:
+            with source.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
                 columns = {name: np.asarray(stored[name]) for name in stored.files}
             name = str(columns.pop("hand"))
             models, rows = columns.pop("models"), columns.pop("model")

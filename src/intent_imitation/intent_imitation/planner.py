@@ -14,6 +14,7 @@ from intent_imitation.collision import Obstacle, clearances
 from intent_imitation.hypotheses import Hypotheses, HypothesisSource
 from intent_imitation.library import GraspLibrary
 from intent_imitation.plan import Array, GraspCandidate, GraspPlan, ObjectChoice
+from intent_imitation.preconditions import fits_pose
 from intent_inference.intention import TaskPosterior
 from intent_inference.model import TaskModel
 from intent_inference.simulation.grasping_hand import GraspingHand
@@ -23,15 +24,11 @@ from intent_perception.recognition import RecognizedObjects
 __all__ = ["GraspCandidate", "GraspPlan", "GraspPlanner", "ObjectChoice", "PlannerConfig"]
 
 
-_UPRIGHT_TASKS = ("pouring",)
-"""Tasks for which an object must stand with its top up: what it holds is needed."""
-
-
 @dataclass(frozen=True)
 class PlannerConfig:
     """What counts as fit for a task, and how much room the hand needs."""
 
-    minimum_object: float = 0.2
+    minimum_object: float = 0.1
     """Least p(t* | o) of an object that may be chosen."""
     minimum_grasp: float = 0.5
     """Least p(t* | o, a) of its best reachable grasp; below, the object is unfit."""
@@ -41,8 +38,6 @@ class PlannerConfig:
     """Least gap between hand and other objects on the way [m]."""
     target_gap: float = -0.008
     """Least gap between open hand and its object; below 0: fingers may push in that far [m]."""
-    upright: float = 0.5
-    """Least cosine between the object's up axis and the table's for tasks that need it upright."""
     grasps: int = 10
     """Number of grasps in a plan."""
     batch: int = 24
@@ -173,7 +168,7 @@ class GraspPlanner:
         column = self._model.tasks.index(task)
         of_object, of_grasps = self._chance(item.model, item.object_class)
         chance = float(of_object[column])
-        if task in _UPRIGHT_TASKS and self._rise(index) < self._config.upright:
+        if not self._fits_pose(index, task):
             return _Option(item.id, item.object_class, chance, ())
         grasps = self._reachable(index, hypotheses, of_grasps[:, column])
         return _Option(item.id, item.object_class, chance, grasps)
@@ -190,17 +185,17 @@ class GraspPlanner:
             self._chances[key] = self._model.posterior(hypotheses.object_features)[0], of_grasps
         return self._chances[key]
 
-    def _rise(self, index: int) -> float:
-        """Return the cosine between an object's opening (else its z axis) and the vertical.
-
-        Without annotations the object frame speaks: by convention its z is up in natural use.
-        """
+    def _fits_pose(self, index: int, task: str) -> bool:
+        """Return whether an object, as it stands, can serve the task whatever the grasp."""
         assert self._objects is not None
         item = self._objects.objects[index]
-        functions = self._source.model(item.model).functions if item.object_class else None
-        opening = functions.opening if functions is not None else None
-        up = opening.normal if opening is not None else np.array([0.0, 0.0, 1.0])
-        return float((item.T_table_object[:3, :3] @ up)[2])
+        return fits_pose(
+            task,
+            self._source.model(item.model),
+            item.T_table_object,
+            self._source.distance(item.model),
+            annotated=bool(item.object_class),
+        )
 
     def _reachable(
         self, index: int, hypotheses: Hypotheses, task_chance: Array

@@ -34,7 +34,8 @@ class SceneConfig:
     gap: float = 0.05
     """Least distance between the circles around objects [m]."""
     without: float = 0.25
-    """Share of the tables on which no object of a fitting class stands properly."""
+    """Share of the tables on which no object of a fitting class stands properly (never for
+    hand-over, for which every class fits)."""
     decoys: float = 0.5
     """Share of the tables with a vessel that stands upside down or lies."""
 
@@ -97,15 +98,17 @@ class SceneMaker:
         config = self._config
         count = int(rng.integers(config.fewest, config.most + 1))
         chosen: list[tuple[ObjectModel, bool]] = []  # with whether it stands as it should
-        if rng.random() >= config.without:
+        if task == "hand-over" or rng.random() >= config.without:
             chosen.append((self._one_of(FITTING[task], rng), True))
-        if rng.random() < config.decoys and task != "hand-over":
+        if rng.random() < config.decoys:
             vessels = tuple(kind for kind in FITTING[task] if kind in ("glass", "mug", "bottle"))
             if vessels:
                 chosen.append((self._one_of(vessels, rng), False))
-        unfit = [kind for kind in self._by_class if kind not in FITTING[task]]
+        # Anything can be handed over; what the label rules say nothing about stays away there.
+        everything = task == "hand-over"
+        unfit = [kind for kind in self._by_class if everything or kind not in FITTING[task]]
         while len(chosen) < count:
-            if unfit and rng.random() < 0.6:
+            if everything or rng.random() < 0.6:
                 chosen.append((self._one_of(tuple(unfit), rng), True))
             else:
                 chosen.append((self._clutter[rng.integers(len(self._clutter))], True))
