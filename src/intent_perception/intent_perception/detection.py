@@ -11,7 +11,7 @@ from intent_perception.confidence import confidence, features_of
 from intent_perception.conflict import Evidence, explained_by, gains, quality_of, select
 from intent_perception.explanation import DRAWN, MATCH
 from intent_perception.geometry import Array
-from intent_perception.hypotheses import Slots, sample_pairs
+from intent_perception.hypotheses import Slots, pair_iterations, sample_pairs
 from intent_perception.model_library import ModelLibrary
 from intent_perception.oriented_image import OrientedImage, orient
 from intent_perception.scene_view import SceneView
@@ -40,8 +40,10 @@ class DetectorConfig:
     """Deviation of the table top from a plane [m], 0.001..0.05."""
     table_share: float = 0.15
     """Least share of the image that a table covers, 0..1."""
-    pair_iterations: int = 4000
-    """Scene point pairs drawn."""
+    success: float = 0.99
+    """Probability with which point pairs alone find an object of the assumed share, 0.5..0.9999."""
+    assumed_share: float = 0.25
+    """Share of all points above the table that lie on such an object, 0.01..1."""
     pair_lookups: int = 240
     """Model pairs tried for each of them."""
     hash_only: bool = False
@@ -60,6 +62,14 @@ class DetectorConfig:
     """Least share of the judged pixels that must match."""
     seed: int = 0
     """Of all random draws."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        if not 0.0 < self.success < 1.0 or not 0.0 < self.assumed_share <= 1.0:
+            raise ValueError(
+                "expected success in (0, 1) and assumed_share in (0, 1], got "
+                f"{self.success} and {self.assumed_share}"
+            )
 
     @classmethod
     def for_clouds(cls) -> "DetectorConfig":
@@ -132,7 +142,7 @@ class Detector:
         config = self.config
         rng = np.random.default_rng(config.seed)
         scene = SceneView.of(image, segment(image, table, allowed))
-        slots, hypotheses = self._hypotheses(scene, rng)
+        slots, hypotheses = self.generated(scene, rng)
         drafter = Drafter(self.library, scene, config.tolerance)
         models, poses = drafter.aligned(*slots.best(config.refined_per_model))
         evidence = drafter.evidence(models, poses)
@@ -144,7 +154,8 @@ class Detector:
         ranked = sorted(found, key=lambda detection: -detection.confidence)
         return Findings(tuple(ranked), image, scene.parts, hypotheses)
 
-    def _hypotheses(self, scene: SceneView, rng: np.random.Generator) -> tuple[Slots, int]:
+    def generated(self, scene: SceneView, rng: np.random.Generator) -> tuple[Slots, int]:
+        """Return the poses that passed the first stage, and how many were generated."""
         library, config = self.library, self.config
         slots = Slots.empty(len(library), *scene.shape, _SLOTS)
         pixels = np.argwhere(scene.parts.mask == 1).astype(np.int64)
@@ -171,7 +182,7 @@ class Detector:
                 *kept,
             )
         made += sample_pairs(
-            config.pair_iterations,
+            pair_iterations(config.success, config.assumed_share),
             config.pair_lookups,
             rng,
             pixels,
