@@ -5,6 +5,7 @@ import zlib
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,17 @@ import yaml
 
 from intent_inference.simulation.autograsp import Fate
 from intent_inference.simulation.candidates import FilterConfig
-from intent_inference.simulation.dataset import Row, balanced, row_of_grasp, without_duplicates
+from intent_inference.simulation.dataset import (
+    Row,
+    balanced,
+    read_rows,
+    row_of_grasp,
+    without_duplicates,
+    write_rows,
+)
 from intent_inference.simulation.generation import GenerationConfig, GraspGenerator
 from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.simulation.labels import RULES, TASKS
 from intent_inference.simulation.simulated_grasp import (
     SimulatedGrasp,
     load_grasps,
@@ -118,14 +127,13 @@ def generate_all(
 def generate_object(config: CampaignConfig, name: str) -> Progress:
     """Bring one object's archive to the wanted number of grasps that hold."""
     start = time.process_time()
-    model = _database(config.models)[name]
     path = config.path_of(name)
     grasps, rounds, fates, seconds = _resumed(path)
     held = sum(grasp.held for grasp in grasps)
     if held >= config.held_per_object or rounds >= config.most_rounds:
         return Progress(name, held, 0.0)
     try:
-        target = TaskObject(model)
+        target = _target(config.models, name)
     except ValueError as error:
         return Progress(name, 0, 0.0, str(error))
     hand = GraspingHand.load(config.hand)
@@ -143,17 +151,43 @@ def generate_object(config: CampaignConfig, name: str) -> Progress:
             if not fresh and rounds >= 5 and held == 0:
                 break
         _save(path, grasps, rounds, fates, seconds, generator)
+    rows_of_object(config, name)  # while distance field and receivers are at hand
     return Progress(name, held, time.process_time() - start)
 
 
 def rows_of_object(config: CampaignConfig, name: str) -> list[Row]:
-    """Return the distinct grasps of an archive that hold, with features and fresh labels."""
+    """Return the distinct grasps of an archive that hold, with features and labels.
+
+    Rows are kept beside the archive until grasps or label rules change.
+    """
     path = config.path_of(name)
     if not path.is_file():
         return []
-    target = TaskObject(_database(config.models)[name])
-    hand = GraspingHand.load(config.hand)
-    return [row_of_grasp(target, hand, grasp) for grasp in distinct_held(path)]
+    grasps = distinct_held(path)
+    kept = path.with_name(f"{name}.{_fingerprint(grasps)}.csv.gz")
+    if not kept.is_file():
+        target, hand = _target(config.models, name), GraspingHand.load(config.hand)
+        _write_kept(kept, name, [row_of_grasp(target, hand, grasp) for grasp in grasps])
+    return [_with_numbers(row) for row in read_rows(kept)]
+
+
+def _write_kept(kept: Path, name: str, rows: list[Row]) -> None:
+    """Write the rows of an object in place of older ones."""
+    for old in kept.parent.glob(f"{name}.*.csv.gz"):
+        old.unlink()
+    write_rows(kept, rows)
+
+
+def _fingerprint(grasps: Sequence[SimulatedGrasp]) -> str:
+    """Return a name for what the rows depend on: label rules and grasps."""
+    poses = np.array([grasp.T_object_hand for grasp in grasps])
+    return f"{zlib.crc32(RULES.read_bytes() + poses.tobytes()):08x}"
+
+
+def _with_numbers(row: dict[str, str]) -> Row:
+    """Return a row of a table with its labels as 0, 1 or empty."""
+    labels: Row = {task: int(row[task]) if row[task] else "" for task in TASKS}
+    return {**row, **labels}
 
 
 def distinct_held(path: Path) -> list[SimulatedGrasp]:
@@ -180,6 +214,11 @@ def _database(source: str | None) -> ObjectDatabase:
     if source not in _DATABASES:
         _DATABASES[source] = ObjectDatabase.load(source)
     return _DATABASES[source]
+
+
+@lru_cache(maxsize=1)
+def _target(source: str | None, name: str) -> TaskObject:
+    return TaskObject(_database(source)[name])
 
 
 _DATABASES: dict[str | None, ObjectDatabase] = {}

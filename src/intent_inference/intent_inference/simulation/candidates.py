@@ -1,6 +1,7 @@
 """Tries grasps until enough pass the static filter: closed, opposed, able to hold the weight."""
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,15 +17,17 @@ from intent_inference.simulation.hypotheses import (
 )
 from intent_inference.simulation.task_object import TaskObject
 
+_WANTED_SHARE, _REDRAWS = 0.6, 10
+
 
 @dataclass(frozen=True)
 class FilterConfig:
     """What a closed grasp must show before it is shaken."""
 
-    residual: float = 0.1
+    residual: float = 0.35
     """Largest share of the weight, from any side, that the contacts may fail to hold."""
-    friction: float = 0.8
-    """Coulomb coefficient."""
+    friction: float = 0.3
+    """Coulomb coefficient, far below the real one: what needs all friction does not survive."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.residual < 1.0 or self.friction <= 0.0:
@@ -73,13 +76,26 @@ class CandidateSource:
         """Number of hypotheses tried so far."""
         return sum(self.fates.values())
 
-    def take(self, count: int, most_tries: int) -> list[Candidate]:
-        """Return up to `count` candidates after at most `most_tries` tries."""
+    def take(
+        self, count: int, most_tries: int, wanted: Callable[[Hypothesis], bool] | None = None
+    ) -> list[Candidate]:
+        """Return up to `count` candidates after at most `most_tries` tries.
+
+        Args:
+            count: candidates.
+            most_tries: hypotheses tried at most.
+            wanted: part of the hypotheses are drawn anew, a few times, until this accepts them.
+        """
         found: list[Candidate] = []
         if self.sampler is None:
             return found
         for _ in range(most_tries):
             approach, hypothesis = self.sampler.draw()
+            if wanted is not None and self.rng.random() < _WANTED_SHARE:
+                for _ in range(_REDRAWS):
+                    if wanted(hypothesis):
+                        break
+                    approach, hypothesis = self.sampler.draw()
             self.draws[approach] += 1
             fate, candidate = self._examine(approach, hypothesis)
             self.fates[fate] += 1

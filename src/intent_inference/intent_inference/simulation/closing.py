@@ -138,7 +138,7 @@ def _longest_step(
     t: Floats,
     spheres: Floats,
     clearance: Floats,
-) -> float:
+) -> np.float32:
     """Return the step of the chain's joints during which no sphere of it can reach the object."""
     step = np.float32(_LARGEST)
     start, end = hand.chain_starts[chain], hand.chain_starts[chain + 1]

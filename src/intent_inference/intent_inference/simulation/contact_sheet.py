@@ -122,7 +122,8 @@ def task_sheet(
     ]
     rows: list[Image] = []
     for half, border in zip(halves, ((40, 150, 60), (200, 50, 40)), strict=True):
-        spread = np.unique(np.linspace(0, len(half) - 1, count).astype(int)) if half else []
+        places = np.linspace(0, len(half) - 1, count) if half else np.zeros(0)
+        spread = np.unique(places.astype(int))
         tiles = []
         for index in spread:
             margin, label, grasp = half[index]

@@ -12,7 +12,8 @@ from intent_inference.simulation.autograsp import Fate
 from intent_inference.simulation.candidates import Candidate, CandidateSource, FilterConfig
 from intent_inference.simulation.contacts import Contacts
 from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.labels import TASKS, label_grasp
+from intent_inference.simulation.hypotheses import Hypothesis
+from intent_inference.simulation.labels import TASKS, label_grasp, pointing_tasks
 from intent_inference.simulation.simulated_grasp import SimulatedGrasp
 from intent_inference.simulation.stability import ShakeConfig, ShakenGrasp, ShakeTest
 from intent_inference.simulation.task_object import TaskObject
@@ -34,11 +35,11 @@ class GenerationConfig:
     """Share that shall use each pre-shape other than power."""
     handle_share: float = 0.35
     """Share that shall hold a vessel by its handle."""
-    per_round: int = 60
+    per_round: int = 80
     """Candidates that are looked at before some of them are shaken."""
     shaken_per_round: int = 12
     """Candidates shaken in a round."""
-    tries_per_round: int = 1200
+    tries_per_round: int = 1600
     """Hypotheses tried in a round at most."""
     unguided: float = 0.15
     """Share of the shaken candidates that are drawn at random, whatever they might afford."""
@@ -99,7 +100,7 @@ class GraspGenerator:
         self._test = ShakeTest(hand, target.model, self._config.shake)
         self._needs = Needs(hand, self._config)
         self._found = np.zeros((len(self._source.draws), len(self._needs.traits)))
-        self.seconds: Counter[str] = Counter()
+        self.seconds = dict.fromkeys(("try", "choose", "shake"), 0.0)
 
     def __enter__(self) -> "GraspGenerator":
         return self
@@ -128,7 +129,8 @@ class GraspGenerator:
         """Return the next grasps, held or lost; none if no candidate was found."""
         config = self._config
         start = time.process_time()
-        candidates = self._source.take(config.per_round, config.tries_per_round)
+        wanted = None if shake_all else self._points_to_missing
+        candidates = self._source.take(config.per_round, config.tries_per_round, wanted)
         tried = time.process_time()
         chosen = candidates if shake_all else self._choose(candidates)
         labelled = time.process_time()
@@ -137,6 +139,12 @@ class GraspGenerator:
         self.seconds["choose"] += labelled - tried
         self.seconds["shake"] += time.process_time() - labelled
         return grasps
+
+    def _points_to_missing(self, hypothesis: Hypothesis) -> bool:
+        """Return whether a hypothesis has the orientation of a task that is still missing."""
+        missing = dict(zip(self._needs.traits, self._needs.missing(), strict=True))
+        tasks = tuple(t for t in TASKS[1:] if missing[t] > 0.0)
+        return bool(pointing_tasks(self.target, self.hand, hypothesis.T_object_hand, tasks))
 
     def _choose(self, candidates: list[Candidate]) -> list[Candidate]:
         """Return the candidates that are worth a shake: those with the traits most missed."""

@@ -1,5 +1,6 @@
 """A hand that can grasp: joint table, pre-shapes, grip torques and the spheres that cover it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -175,7 +176,7 @@ def _posture(table: JointTable, entry: dict[str, list[float]]) -> Array:
     return values
 
 
-def _unit(vector: list[float]) -> Array:
+def _unit(vector: Sequence[float] | Array) -> Array:
     array = np.asarray(vector, dtype=np.float64)
     return np.asarray(array / np.linalg.norm(array))
 

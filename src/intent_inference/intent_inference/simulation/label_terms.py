@@ -80,6 +80,13 @@ class GraspScene:
         local = (points - self.T_object_hand[:3, 3]) @ self.T_object_hand[:3, :3]
         return float(hand_distances(local, self.hand.table, self.joints).min())
 
+    def wrapped_fingers(self, gap: float) -> int:
+        """Return how many fingers other than the thumb come within `gap` [m] of the object."""
+        links = self.hand.arrays.sphere_links
+        distance = self.target.field.distance(self.centers[: self.hand_count])
+        near = finger_of_links(self.hand)[links[distance - self.radii[: self.hand_count] < gap]]
+        return len({self.hand.chains[finger] for finger in near if finger >= 0} - {"thumb"})
+
     def held(self, force: Array, torque: Array, point: Array) -> float:
         """Return the normal forces [N] that balance a force (3,) [N] at a point and a torque."""
         center = self.target.center_of_mass
@@ -98,6 +105,22 @@ def hand_over_terms(scene: GraspScene, rule: Rule, bank: ReceiverBank) -> Terms:
     return terms
 
 
+def direction_terms(scene: GraspScene, task: str, rule: Rule) -> Terms:
+    """Return the margins of a task that depend on the hand's orientation alone."""
+    functions, human = scene.functions, scene.hand.is_human
+    opening, terms = functions.opening, Terms()
+    if task == "pouring" and opening is not None:
+        terms["forearm"] = _below(abs(float(opening.normal @ scene.forearm)), rule["forearm"])
+        if human:
+            terms["thumb"] = _above(float(opening.normal @ scene.thumb_side), rule["thumb"])
+            terms["palm"] = _below(abs(float(opening.normal @ scene.palm)), rule["palm"])
+    elif task == "dish-washing" and opening is not None and human:
+        terms["thumb"] = _below(float(opening.normal @ scene.thumb_side), rule["thumb"])
+    elif task == "tool-use":
+        terms.update(_tool_directions(scene, rule))
+    return terms
+
+
 def pouring_terms(scene: GraspScene, rule: Rule) -> Terms:
     """Return the margins of pouring: free opening, a wrist that can tilt, a hold while tilted."""
     opening = scene.functions.opening
@@ -106,11 +129,8 @@ def pouring_terms(scene: GraspScene, rule: Rule) -> Terms:
     terms = {
         "column": _cylinder_gap(scene, column["below"], column["above"], column["radius"])
         / column["scale"],
-        "forearm": _below(abs(float(opening.normal @ scene.forearm)), rule["forearm"]),
+        **direction_terms(scene, "pouring", rule),
     }
-    if scene.hand.is_human:
-        terms["thumb"] = _above(float(opening.normal @ scene.thumb_side), rule["thumb"])
-        terms["palm"] = _below(abs(float(opening.normal @ scene.palm)), rule["palm"])
     if scene.with_forces:
         weight, worst = GRAVITY * scene.target.model.mass, 0.0
         for tilt in np.radians(rule["hold"]["tilts"]):
@@ -124,27 +144,14 @@ def pouring_terms(scene: GraspScene, rule: Rule) -> Terms:
 def tool_use_terms(scene: GraspScene, rule: Rule) -> Terms:
     """Return the margins of tool-use: a fist on the handle points the tool and resists its work."""
     kind = scene.target.model.object_class
-    fingers = finger_of_links(scene.hand)[scene.contacts.links]
-    touching = {scene.hand.chains[finger] for finger in fingers if finger >= 0} - {"thumb"}
-    human = scene.hand.is_human
-    needed = rule["fingers"][kind] if human else 2
+    needed = rule["fingers"][kind] if scene.hand.is_human else 2
     terms = {
         "handle": _above(scene.handle_share, rule["handle"]),
         "clear": (scene.functional_gap - rule["clear"][kind]) / rule["clear"]["scale"],
-        "fingers": (len(touching) - needed + 0.5) / rule["fingers"]["scale"],
+        "fingers": (scene.wrapped_fingers(rule["fingers"]["gap"]) - needed + 0.5)
+        / rule["fingers"]["scale"],
+        **direction_terms(scene, "tool-use", rule),
     }
-    functions = scene.functions
-    if human:
-        terms["thumb"] = _tool_direction(scene, rule["thumb"], kind == "screwdriver")
-    elif kind != "screwdriver":
-        terms["side"] = _below(abs(float(_TOOL_AXIS @ scene.forearm)), rule["side"])
-    knuckles = scene.T_object_hand[:3, 0]
-    if functions.edge is not None and human:
-        terms["edge"] = _above(float(functions.edge.direction @ knuckles), rule["edge"])
-    elif functions.edge is not None:
-        terms["edge"] = (float(functions.edge.direction @ scene.forearm) + 0.3) / 0.3
-    if functions.face is not None and human:
-        terms["face"] = _above(float(functions.face.normal @ knuckles), rule["face"])
     if scene.with_forces:
         terms["wrench"] = _below(_working_force(scene, rule["wrench"]), rule["wrench"])
     return terms
@@ -164,8 +171,7 @@ def dish_washing_terms(scene: GraspScene, rule: Rule) -> Terms:
         "behind": _above(float(-height[: scene.hand_count].max()), rule["behind"]),
         "inside": _cylinder_gap(scene, inside["below"], 0.0, inside["radius"]) / inside["scale"],
     }
-    if scene.hand.is_human:
-        terms["thumb"] = _below(float(opening.normal @ scene.thumb_side), rule["thumb"])
+    terms.update(direction_terms(scene, "dish-washing", rule))
     if scene.with_forces:
         force = GRAVITY * scene.target.model.mass * opening.normal
         held = scene.held(force, np.zeros(3), scene.target.center_of_mass)
@@ -193,13 +199,28 @@ def _cylinder_gap(scene: GraspScene, below: float, above: float, share: float) -
     return float((gap - scene.radii).min())
 
 
-def _tool_direction(scene: GraspScene, rule: Rule, screwdriver: bool) -> float:
-    """Return the margin of the tool's direction in the hand."""
-    margins = [_above(float(_TOOL_AXIS @ scene.thumb_side), rule)]
+def _tool_directions(scene: GraspScene, rule: Rule) -> Terms:
+    """Return the margins of where tool, edge and face point in the hand."""
+    functions, screwdriver = scene.functions, scene.target.model.object_class == "screwdriver"
+    edge, face, forearm = functions.edge, functions.face, scene.forearm
+    terms: Terms = {}
+    if not scene.hand.is_human:
+        if not screwdriver:
+            terms["side"] = _below(abs(float(_TOOL_AXIS @ forearm)), rule["side"])
+        if edge is not None:  # the arm comes from the spine
+            terms["edge"] = (float(edge.direction @ forearm) + 0.3) / rule["edge"]["scale"]
+        return terms
+    thumb = rule["thumb"]
+    margins = [_above(float(_TOOL_AXIS @ scene.thumb_side), thumb)]
     if screwdriver:
-        margins.append(_above(-float(_TOOL_AXIS @ scene.palm), rule))
-        margins.append((float(_TOOL_AXIS @ scene.forearm) - rule["along"]) / rule["scale"])
-    return max(margins)
+        margins.append(_above(-float(_TOOL_AXIS @ scene.palm), thumb))
+        margins.append((float(_TOOL_AXIS @ forearm) - thumb["along"]) / thumb["scale"])
+    terms["thumb"] = max(margins)
+    if edge is not None:
+        terms["edge"] = _above(float(edge.direction @ forearm), rule["edge"])
+    if face is not None:
+        terms["face"] = _above(float(face.normal @ forearm), rule["face"])
+    return terms
 
 
 def _working_force(scene: GraspScene, rule: Rule) -> float:

@@ -14,6 +14,7 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.label_terms import (
     GraspScene,
     Terms,
+    direction_terms,
     dish_washing_terms,
     hand_over_terms,
     pouring_terms,
@@ -95,6 +96,27 @@ def label_grasp(
         with_forces,
     )
     return {task: _label(scene, task, rules) for task in TASKS}
+
+
+def pointing_tasks(
+    target: TaskObject, hand: GraspingHand, T_object_hand: Array, tasks: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Return the tasks that a hand of this orientation could still afford, whatever it touches."""
+    rules, functions = load_rules(), target.model.functions
+    if functions is None:
+        return tasks
+    none = Contacts(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros(0))
+    empty = np.zeros((0, 3)), np.zeros(0)
+    scene = GraspScene(
+        target, hand, T_object_hand, np.zeros(0), none, *empty, 0, 0.8, with_forces=False
+    )
+    kind = target.model.object_class
+    return tuple(
+        task
+        for task in tasks
+        if (rules[task]["classes"] == "all" or kind in rules[task]["classes"])
+        and min(direction_terms(scene, task, rules[task]).values(), default=0.0) >= 0.0
+    )
 
 
 def _label(scene: GraspScene, task: str, rules: dict[str, Any]) -> TaskLabel:

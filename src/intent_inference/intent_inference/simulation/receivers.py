@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numba as nb
 import numpy as np
+from numpy.typing import NDArray
 
 from intent_inference.simulation.autograsp import Fate, close_hand
 from intent_inference.simulation.contacts import gravity_residual, touching
@@ -49,7 +51,9 @@ class ReceiverBank:
         return float(free) / len(self.centers)
 
 
-def with_forearm(hand: GraspingHand, T_object_hand: Array, spheres: Array) -> tuple[Array, Array]:
+def with_forearm(
+    hand: GraspingHand, T_object_hand: Array, spheres: NDArray[Any]
+) -> tuple[Array, Array]:
     """Return spheres of hand and forearm in the object frame: centres (S, 3), radii (S,) [m]."""
     direction = np.array([-1.0, 0.0, 0.0] if hand.is_human else [0.0, 0.0, -1.0])
     radius = 0.028 if hand.is_human else 0.045

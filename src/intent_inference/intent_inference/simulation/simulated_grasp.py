@@ -64,7 +64,7 @@ def save_grasps(path: Path, grasps: Sequence[SimulatedGrasp], **counters: Array)
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_suffix(".part.npz")
-    np.savez_compressed(partial, **arrays)
+    np.savez_compressed(partial, allow_pickle=False, **arrays)
     partial.replace(path)
 
 
