@@ -16,7 +16,10 @@ from intent_perception.geometry import Array
 
 _SUFFIXES = {"dir": ("x", "y", "z", "w")}
 _SCALARS = ("conv", "fvol")
-_NOT_TASKS = ("object_id", "object_class", "preshape", "stability", "shaken", "hand_side", "seed")
+_NOT_TASKS = (
+    "object_id", "object_class", "hand_side", "on_handle", "preshape", "seed", "shaken",
+    "stability",
+)  # fmt: skip
 _NOT_TASK_PREFIXES = ("margin_", "wrist_", "contact_", "penetration", "std_")
 
 

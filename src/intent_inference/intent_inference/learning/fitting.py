@@ -48,8 +48,8 @@ class Recipe:
 
 DEFAULT_RECIPES = (
     Recipe("class-tan", "information"),
-    Recipe("class-tan", "12"),
-    Recipe("tan", "8"),
+    Recipe("class-tan", "8"),
+    Recipe("class-tan", "24"),
     Recipe("tan", "24"),
 )
 
