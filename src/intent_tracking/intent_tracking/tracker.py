@@ -62,6 +62,8 @@ class TrackerConfig:
     """Share of the present cost that another start must stay below to take over."""
     doubt_cost: float = 0.30
     """Smoothed cost above which other starts are tried now and then."""
+    urgent_cost: float = 0.45
+    """Cost of one frame above which they are tried at once."""
     doubt_period: int = 5
     """Frames between such trials."""
     still_frames: int = 4
@@ -251,7 +253,8 @@ class Tracker:
         """Return whether other starts shall be tried: often when young, then when it fits badly."""
         if hypothesis.age in self.config.young_trials:
             return hypothesis.mean_cost > self.config.good_cost
-        due = self._frames % self.config.doubt_period == 0
+        urgent = hypothesis.track.cost > self.config.urgent_cost
+        due = urgent or self._frames % self.config.doubt_period == 0
         return due and hypothesis.age > 2 and hypothesis.mean_cost > self.config.doubt_cost
 
     def _search(self, frame: RgbdFrame) -> bool:

@@ -1,0 +1,120 @@
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from intent_perception.camera import KINECT, Camera, RgbdFrame
+from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_tracking.benchmark_views import started, view_sequence
+from intent_tracking.recording import follow
+from intent_tracking.tracker import Tracker, TrackerConfig
+
+NOTHING = RecognizedObjects(0, (), np.eye(4))
+
+
+def no_table(seed=0):
+    tracker = Tracker({}, TrackerConfig(table=False, seed=seed))
+    tracker.start(NOTHING)
+    return tracker
+
+
+def frame_of(depth, color, camera=KINECT, stamp=0):
+    return RgbdFrame(stamp, color.astype(np.uint8), depth.astype(np.float32), camera)
+
+
+@pytest.fixture(scope="module")
+def sequence():
+    return view_sequence("v0", 3, 16)
+
+
+def test_step_before_start_is_an_error():
+    tracker = Tracker({})
+    wall = frame_of(np.full((480, 640), 1.2), np.full((480, 640, 3), 90))
+    with pytest.raises(ValueError, match="start"):
+        tracker.step(wall)
+
+
+def test_an_unknown_object_is_an_error():
+    item = RecognizedObject("teapot", "teapot", "teapot", np.eye(4), 1.0, 1.0)
+    with pytest.raises(ValueError, match="teapot"):
+        Tracker({}).start(RecognizedObjects(0, (item,), np.eye(4)))
+
+
+def test_an_unknown_method_is_an_error():
+    with pytest.raises(ValueError, match="magic"):
+        TrackerConfig(method="magic")
+
+
+def test_without_a_hand_the_26_values_are_nan_and_the_flag_says_so():
+    state = no_table().step(frame_of(np.full((480, 640), 1.2), np.full((480, 640, 3), 90)))
+    assert np.isnan(state.state).all()
+    assert state.state.shape == (26,)
+    assert not state.hand_visible
+    assert not state.hand_tracked
+
+
+def test_a_frame_without_depth_says_no_hand():
+    state = no_table().step(frame_of(np.zeros((480, 640)), np.full((480, 640, 3), 90)))
+    assert not state.hand_visible
+
+
+@pytest.mark.slow
+def test_hand_and_object_are_followed_within_millimetres(sequence):
+    tracker = started(sequence, TrackerConfig(), np.random.default_rng(0))
+    recording = follow(tracker, sequence.frames)
+    error = [
+        np.linalg.norm(state.joints_camera - sequence.joints(number), axis=1).mean()
+        for number, state in enumerate(recording.states)
+    ]
+    assert np.mean(error[5:]) < 0.006
+    offset = recording.objects_camera[-1, 0, :3, 3] - sequence.truths[-1].T_camera_object[:3, 3]
+    assert np.linalg.norm(offset) < 0.010
+
+
+@pytest.mark.slow
+def test_the_same_frames_and_seed_give_the_same_bits(sequence):
+    runs = []
+    for _ in range(2):
+        tracker = started(sequence, TrackerConfig(seed=5), np.random.default_rng(0))
+        runs.append(follow(tracker, sequence.frames[:6]).arrays["state"])
+    np.testing.assert_array_equal(runs[0], runs[1])
+
+
+@pytest.mark.slow
+def test_the_published_swarm_alone_follows_the_hand(sequence):
+    config = TrackerConfig(method="pso")
+    tracker = started(sequence, config, np.random.default_rng(0))
+    states = follow(tracker, sequence.frames[:8]).states
+    error = np.linalg.norm(states[-1].joints_camera - sequence.joints(7), axis=1).mean()
+    assert error < 0.03
+
+
+@pytest.mark.slow
+def test_deviations_are_published_for_every_value(sequence):
+    tracker = started(sequence, TrackerConfig(), np.random.default_rng(0))
+    state = tracker.step(sequence.frames[0])
+    assert state.state_std.shape == state.state.shape == (32,)
+    assert np.all(state.state_std > 0.0)
+
+
+def sr305_frames():
+    folder = Path(os.environ.get("INTENT_DATA", "../shared/data")) / "hands" / "sr305_gestures"
+    return sorted(folder.rglob("*.png"))[:4]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not sr305_frames(), reason="no real hand frames in INTENT_DATA")
+def test_real_hand_frames_start_without_a_crash():
+    camera = Camera(640, 480, 476.007, 476.007, 313.683, 242.755)
+    for path in sr305_frames():
+        depth = cv2.imread(str(path), cv2.IMREAD_UNCHANGED).astype(np.float32) * 0.000125
+        grey = np.full((480, 640, 3), 120, np.uint8)  # these frames carry no colour
+        config = TrackerConfig(table=False)
+        config = replace(config, detection=replace(config.detection, farthest=0.95))
+        tracker = Tracker({}, config)
+        tracker.start(NOTHING)
+        state = tracker.step(frame_of(depth, grey, camera))
+        assert state.state.shape == (26,)
