@@ -95,7 +95,9 @@ def _rests(model: ObjectModel, task: str) -> Iterator[Array]:
     """Yield the ways the object rests that suit the task, (4, 4) each."""
     functions = model.functions
     opening = None if functions is None else functions.opening
-    for rest in model.stable_poses:
+    tool = functions is not None and opening is None and len(functions.handle) > 0
+    plain = not tool and opening is None
+    for rest in model.stable_poses[:1] if plain else model.stable_poses:
         if opening is not None:
             upright = float(rest[2, :3] @ opening.normal)
             wanted = -1.0 if task == "dish-washing" else 1.0
