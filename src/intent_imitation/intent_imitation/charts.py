@@ -94,6 +94,7 @@ def timeline(
     true_task: str | None = None,
 ) -> None:
     """Draw p(task) over time into the axes; dashed lines mark the stable grasps."""
+    posteriors = in_order(posteriors)
     seconds = np.array([(p.stamp - start) * 1e-9 for p in posteriors])
     tasks = posteriors[-1].tasks if posteriors else ()
     labels: list[tuple[float, str, str]] = []
@@ -125,6 +126,20 @@ def timeline(
     axes.set_xlabel("time [s]   (shaded: the hand still reaches, the guess is preliminary)")
     axes.set_ylabel("p(task | observation)")
     axes.grid(axis="y", color=GRID, zorder=1)
+
+
+def in_order(posteriors: Sequence[TaskPosterior]) -> list[TaskPosterior]:
+    """Return the posteriors by stamp, without forecasts that a conclusion has overtaken.
+
+    A grasp is recognised a few frames after it happened; forecasts of those frames were already
+    out when the conclusion came, though their stamps are later.
+    """
+    kept: list[TaskPosterior] = []
+    for posterior in posteriors:
+        if not posterior.preliminary:
+            kept = [p for p in kept if not p.preliminary or p.stamp < posterior.stamp]
+        kept.append(posterior)
+    return sorted(kept, key=lambda p: p.stamp)
 
 
 def _label_ends(axes: Axes, end: float, labels: list[tuple[float, str, str]]) -> None:

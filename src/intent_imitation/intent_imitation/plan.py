@@ -69,7 +69,7 @@ class GraspPlan:
     nothing_affords: bool
     """True where no object on the table serves the task; `grasps` is then empty."""
     objects: tuple[ObjectChoice, ...]
-    """Best first."""
+    """Those that afford the task first, then by p(o | t*)."""
     grasps: tuple[GraspCandidate, ...]
     """Best first, all of the chosen object."""
     hand: str

@@ -1,8 +1,10 @@
 """From the inferred task to an object and a grasp for the robot's own hand (Sec. IV-D, Fig. 6).
 
 o* = argmax p(o | t*, BN^R) over the objects on the robot's table, then a* = argmax
-p(a | o*, t*, BN^R) over preplanned grasps of o*. With every preplanned grasp equally likely before
-the task is known, the second is the grasp with the greatest p(t* | o*, a), which BN^R answers.
+p(a | o*, t*, BN^R) over preplanned grasps of o*. With every object and every preplanned grasp
+equally likely before the task is known, p(o | t*) is p(t* | o) scaled to sum to one over the table,
+and a* is the grasp with the greatest p(t* | o*, a); BN^R answers both. We weigh p(o | t*) with the
+second, and pass over objects without a reachable grasp for the task: the robot must be able to act.
 """
 
 from dataclasses import dataclass, replace
@@ -134,13 +136,18 @@ class GraspPlanner:
             else _Option(item.id, item.object_class, 0.0, ())
             for index, item in enumerate(self._objects.objects)
         ]
-        options.sort(key=lambda option: -option.chance * option.best)
-        total = sum(option.chance * option.best for option in options)
+        options.sort(
+            key=lambda option: (
+                not self._affords(option),
+                -option.chance * (option.best if self._affords(option) else 1.0),
+            )
+        )
+        total = sum(option.chance for option in options)
         choices = tuple(
             ObjectChoice(
                 option.id,
                 option.object_class,
-                option.chance * option.best / total if total > 0.0 else 1.0 / len(options),
+                option.chance / total if total > 0.0 else 1.0 / len(options),
                 self._affords(option),
             )
             for option in options
