@@ -1,7 +1,6 @@
 """A recorded run made up for tests of the report: no node has ever said this."""
 
 import numpy as np
-from intent_tracking.grasp import StableGrasp
 
 from intent_imitation.plan import GraspCandidate, GraspPlan, ObjectChoice
 from intent_imitation.record import DemoRecord, DemoTruth
@@ -12,6 +11,7 @@ from intent_perception.geometry import look_at, make_pose, vector_from_pose
 from intent_perception.objects import ObjectDatabase
 from intent_perception.recognition import RecognizedObject, RecognizedObjects
 from intent_tracking.features import GraspFeatures
+from intent_tracking.grasp import StableGrasp
 from intent_tracking.hand import HandModel
 from intent_tracking.scene import SceneState
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from intent_perception.geometry import inverse, pose_from_vector, vector_from_pose
 from intent_perception.objects import ObjectDatabase
 from intent_tracking.grasp import GraspConfig, GraspDetector

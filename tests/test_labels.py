@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from intent_inference.simulation.autograsp import close_hand
 from intent_inference.simulation.contacts import Contacts, touching
 from intent_inference.simulation.grasping_hand import GraspingHand
@@ -103,7 +104,7 @@ def test_fingers_on_the_cutting_edge_forbid_to_hand_the_knife_over(hand, targets
         np.ones(2),
     )
     pose = np.eye(4)
-    pose[:3, 3] = middle + [0.0, 0.3, 0.0]
+    pose[:3, 3] = middle + np.array([0.0, 0.3, 0.0])
     labels = label_grasp(target, hand, pose, hand.preshapes[0].open, contacts)
     assert labels["hand-over"].terms["edge"] < 0
     assert labels["hand-over"].afforded is False

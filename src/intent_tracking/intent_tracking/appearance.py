@@ -74,7 +74,8 @@ def color_bins(color: NDArray[np.uint8]) -> NDArray[np.int32]:
     red = np.clip(((rgb[..., 0] + 4.0) / total - _LOW) * scale, 0, last).astype(np.int32)
     green = np.clip(((rgb[..., 1] + 4.0) / total - _LOW) * scale, 0, last).astype(np.int32)
     light = np.minimum(total * (BRIGHTNESS_BINS / 780.0), BRIGHTNESS_BINS - 1).astype(np.int32)
-    return (red * CHROMA_BINS + green) * BRIGHTNESS_BINS + light
+    bins: NDArray[np.int32] = (red * CHROMA_BINS + green) * BRIGHTNESS_BINS + light
+    return bins
 
 
 def skin_prior() -> Array:

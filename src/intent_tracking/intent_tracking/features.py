@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from intent_perception.boxes import Box, decompose
 from scipy.spatial import ConvexHull
 
+from intent_perception.boxes import Box, decompose
 from intent_perception.geometry import quaternion_from_rotation, transform_points
 from intent_perception.objects import ObjectModel
 from intent_tracking.joint_table import Array, JointTable, link_poses

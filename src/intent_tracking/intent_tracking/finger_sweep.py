@@ -25,9 +25,9 @@ def finger_box(buffers, hand, finger, seen):  # type: ignore[no-untyped-def]
 
 
 @njit(**JIT)
-def finger_cost(
+def finger_cost(  # type: ignore[no-untyped-def]
     hand, buffers, objects, seen, rest, thing, own, state, rotations, finger, prior, pull, g
-):  # type: ignore[no-untyped-def]
+):
     """Return the cost of one finger's pose relative to the scene without that finger.
 
     rest, thing (S, S): z-buffers of the hand without the finger and of all objects; own: work.

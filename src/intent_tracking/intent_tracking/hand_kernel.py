@@ -99,8 +99,8 @@ def turn(wx, wy, wz, rotation, out):  # type: ignore[no-untyped-def]
         a, b = np.float32(1.0), np.float32(0.5)
     else:
         angle = math.sqrt(square)
-        a = math.sin(angle) / angle
-        b = (np.float32(1.0) - math.cos(angle)) / square
+        a = np.float32(math.sin(angle) / angle)
+        b = np.float32((np.float32(1.0) - math.cos(angle)) / square)
     one = np.float32(1.0)
     e00, e01, e02 = one - b * (wy * wy + wz * wz), b * wx * wy - a * wz, b * wx * wz + a * wy
     e10, e11, e12 = b * wx * wy + a * wz, one - b * (wx * wx + wz * wz), b * wy * wz - a * wx

@@ -166,7 +166,8 @@ def evidence_of(tile: Tile, pixels: Pixels, config: LabellingConfig) -> tuple[Ev
 
 
 def _cleaned(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    return cv2.medianBlur(mask.astype(np.uint8), 3) > 0
+    smooth: NDArray[np.bool_] = cv2.medianBlur(mask.astype(np.uint8), 3) > 0
+    return smooth
 
 
 def _spread(indices: NDArray[np.int64], count: int) -> NDArray[np.int64]:

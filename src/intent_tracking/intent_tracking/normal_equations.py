@@ -112,7 +112,7 @@ def image_residual(evidence, weights, x, y, z, radius, g):  # type: ignore[no-un
 
 
 @njit(**JIT)
-def add_hand_samples(
+def add_hand_samples(  # type: ignore[no-untyped-def]
     hand,
     objects,
     buffers,
@@ -127,7 +127,7 @@ def add_hand_samples(
     row,
     index,
     g,
-):  # type: ignore[no-untyped-def]
+):
     """Add silhouette, depth order, penetration and touch of three samples per capsule."""
     cost = np.float32(0.0)
     square = weights.scale * weights.scale
@@ -198,10 +198,10 @@ def add_object_samples(objects, evidence, weights, state, rotations, bags, g):  
 
 
 @njit(**JIT)
-def linearize(
+def linearize(  # type: ignore[no-untyped-def]
     hand, objects, evidence, weights, prior, state, rotations, buffers, normal, gradient, bags,
     work, row, index, g,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+):  # fmt: skip
     """Return E at (state, rotations); write the normal matrix (lower) and -half the gradient.
 
     bags (24 + K, 27), work (2, N), row and index (20,), g (3,) are work space.

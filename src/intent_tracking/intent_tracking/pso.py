@@ -69,7 +69,7 @@ def minimise(
         if generation % 3 == 2 and generation < generations - 3:
             _redraw_finger_joints(position, bounds, rng)
     winner = int(np.argmin(own_cost))
-    return Swarm(own[winner], float(own_cost[winner]), own.std(axis=0))
+    return Swarm(own[winner], float(own_cost[winner]), own.std(axis=0).astype(np.float32))
 
 
 def _redraw_finger_joints(position: Single, bounds: Single, rng: np.random.Generator) -> None:

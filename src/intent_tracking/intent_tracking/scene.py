@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from intent_perception.geometry import Array, inverse, pose_from_vector
 
+from intent_perception.geometry import Array, inverse, pose_from_vector
 from intent_tracking.hand import HandModel, Side
 
 HAND_SIZE = 26

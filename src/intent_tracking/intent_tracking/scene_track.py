@@ -339,11 +339,16 @@ class SceneTrack:
         return Fit(state, normals[0], cost, total)
 
     def _rendered(self, state: BodyState, view: View, objects: ObjectArrays) -> tuple[float, float]:
-        return rendered_cost(self.arrays, objects, view.seen, state.values, state.rotations)
+        total, cost = rendered_cost(self.arrays, objects, view.seen, state.values, state.rotations)
+        return float(total), float(cost)
 
 
 def coarser(seen: Labelled, size: int) -> Labelled:
     """Return a labelled tile of fewer pixels: every n-th row and column."""
     stride = len(seen.depth) // size
-    images = (np.ascontiguousarray(image[::stride, ::stride]) for image in seen[:4])
-    return Labelled(*images, seen.u0, seen.v0, np.float32(seen.step * stride))
+    depth, hand, thing, valid = (
+        np.ascontiguousarray(image[::stride, ::stride])
+        for image in (seen.depth, seen.hand, seen.thing, seen.valid)
+    )
+    step = np.float32(seen.step * stride)
+    return Labelled(depth, hand, thing, valid, seen.u0, seen.v0, step)

@@ -33,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
     except ValueError as error:
         print(f"track: {error}", file=sys.stderr)
         return 2
-    np.savez_compressed(options.out, **recording.arrays)
+    np.savez_compressed(options.out, allow_pickle=False, **recording.arrays)
     lost = sum(state.hand_lost for state in recording.states)
     print(
         f"{len(recording.states)} frames, {lost} with a hand that is lost, "

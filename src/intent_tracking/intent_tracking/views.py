@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from intent_perception.camera import Camera, RgbdFrame
 from intent_perception.geometry import Array, make_pose, rotation_from_vector
@@ -23,7 +24,7 @@ FRAMES = 125
 _CENTER = np.array([-0.02, 0.03, 0.72])
 _BACK = np.array([-0.8, 0.05, -0.6]) / np.linalg.norm([-0.8, 0.05, -0.6])
 _SKIN, _BACKGROUND = np.array([205.0, 150.0, 125.0]), np.array([105.0, 110.0, 120.0])
-_OPEN = np.radians([25, 0, 5, 5] + [6, 8, 8, 6] + [1, 8, 8, 6] + [-3, 8, 8, 6] + [-8, 8, 8, 6])
+_OPEN = np.radians([25, 0, 5, 5, 6, 8, 8, 6, 1, 8, 8, 6, -3, 8, 8, 6, -8, 8, 8, 6])
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +149,11 @@ def rendered_frames(
 
 
 def _observed(
-    number: int, hand: Array, thing: Array, color: Array, rng: np.random.Generator
+    number: int,
+    hand: NDArray[np.float32],
+    thing: NDArray[np.float32],
+    color: Array,
+    rng: np.random.Generator,
 ) -> RgbdFrame:
     """Return the noisy frame of two depth images (480, 640)."""
     import cv2

@@ -95,9 +95,9 @@ def task_sheet(
     task: str,
     count: int = 10,
 ) -> Image | None:
-    """Return `count` positives above `count` negatives of a class and a task; None without grasps.
+    """Return `count` positives above `count` negatives of a class and a task.
 
-    Positives are spread over their margins, negatives begin with the nearest misses.
+    None where the class never affords the task or there is no grasp. Positives are spread over their margins, negatives begin with the nearest misses.
 
     Args:
         target_of: the objects by name.
@@ -113,7 +113,7 @@ def task_sheet(
         target = target_of[grasp.object_name]
         label = label_grasp(target, hand, grasp.T_object_hand, grasp.joints, grasp.contacts)[task]
         labelled.append((label.margin, label, grasp))
-    if task not in TASKS or not labelled:
+    if task not in TASKS or not any(label.terms for _, label, _ in labelled):
         return None
     labelled.sort(key=lambda item: item[0])
     halves = [
