@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from intent_inference.simulation.autograsp import Fate, close_hand, hand_spheres
 from intent_inference.simulation.candidates import CandidateSource
 from intent_inference.simulation.contacts import (
@@ -39,9 +40,7 @@ def test_a_urdf_written_and_read_has_the_same_kinematics(hand, tmp_path):
     table = table_from_urdf(tmp_path / "hand.urdf")
     joints = posture(hand, 0.7)
     drivers = [f"joint_{k}" for k, d in enumerate(hand.table.drivers) if d >= 0]
-    angles = [
-        hand.table.ratios[k] * joints[d] for k, d in enumerate(hand.table.drivers) if d >= 0
-    ]
+    angles = [hand.table.ratios[k] * joints[d] for k, d in enumerate(hand.table.drivers) if d >= 0]
     order = [drivers.index(name) for name in table.joint_names]
     read = link_poses(table, np.array(angles)[order])[0]
     written = link_poses(hand.table, joints)[0]
@@ -124,7 +123,9 @@ def pinch(friction_height=0.0):
 def test_a_pinch_holds_a_weight_by_friction_with_the_force_of_coulombs_law():
     wrench = np.array([0.0, 0.0, -2.0, 0.0, 0.0, 0.0])
     force = holding_force(pinch(), wrench, np.zeros(3), 0.5)
-    assert force == pytest.approx(2.0 / 0.5, rel=0.16)  # a cone of six edges inscribes the round one
+    assert force == pytest.approx(
+        2.0 / 0.5, rel=0.16
+    )  # a cone of six edges inscribes the round one
 
 
 def test_nothing_holds_a_weight_from_one_side():
@@ -141,7 +142,5 @@ def test_a_pinch_far_from_the_centre_of_mass_cannot_hold():
 def test_contacts_lie_on_the_surface(hand, database):
     target = TaskObject(database["bottle_1"])
     candidate = CandidateSource(target, hand, np.random.default_rng(2)).take(1, 2000)[0]
-    contacts = touching(
-        hand, target.field, candidate.grasp.spheres, candidate.grasp.clearance
-    )
+    contacts = touching(hand, target.field, candidate.grasp.spheres, candidate.grasp.clearance)
     np.testing.assert_allclose(target.field.distance(contacts.points), 0.0, atol=0.002)

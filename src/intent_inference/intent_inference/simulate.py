@@ -73,8 +73,9 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
             client.close()
     rows = all_rows(config, wanted, options.jobs)
     write_rows(Path(options.out), rows)
-    if options.sheets:
-        _write_sheets(config, wanted, Path(options.sheets))
+    if options.card:
+        _write_sheets(config, wanted, Path(options.card) / "sheets")
+        _write_card(config, wanted, rows, options)
     return {"hand": config.hand, "rows": len(rows), "refused": refused, **_counts(rows)}
 
 
@@ -93,7 +94,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--scheduler", help="address of a Dask scheduler")
     parser.add_argument("--settings", default=str(SETTINGS), help="YAML of shake and filter")
     parser.add_argument("--relabel", action="store_true", help="renew labels, simulate nothing")
-    parser.add_argument("--sheets", help="folder for pictures of positives and negatives")
+    parser.add_argument("--card", help="folder for a data card and pictures per class and task")
     parser.add_argument("--json", help="write the counts to this file, or - for the screen")
     return parser
 
@@ -126,8 +127,21 @@ def _counts(rows: list[Row]) -> dict[str, Any]:
     return {"positives": positives, "cells": cells}
 
 
+def _write_card(
+    config: CampaignConfig, names: list[str], rows: list[Row], options: argparse.Namespace
+) -> None:
+    from intent_inference.simulation.data_card import write_data_card
+
+    command = (
+        f"python -m intent_inference.simulate --hand {options.hand} --per-object "
+        f"{options.per_object} --seed {options.seed} --out {Path(options.out).name}"
+    )
+    archives = [config.path_of(name) for name in names]
+    write_data_card(Path(options.card), Path(config.hand).stem, rows, archives, command)
+
+
 def _write_sheets(config: CampaignConfig, names: list[str], folder: Path) -> None:
-    """Write one picture per class and task."""
+    """Write one picture per class and task that can be afforded."""
     import cv2
 
     from intent_inference.simulation.contact_sheet import task_sheet
@@ -144,13 +158,8 @@ def _write_sheets(config: CampaignConfig, names: list[str], folder: Path) -> Non
         for task in TASKS:
             sheet = task_sheet(targets, hand, grasps, kind, task)
             if sheet is not None:
-                path = folder / f"{hand.name}_{kind}_{task}.png"
-                cv2.imwrite(str(path), np_bgr(sheet))
-
-
-def np_bgr(image: Any) -> Any:
-    """Return an RGB image (H, W, 3) in OpenCV's channel order."""
-    return image[..., ::-1]
+                path = folder / f"{hand.name}_{kind}_{task}.jpg"
+                cv2.imwrite(str(path), sheet[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 80])
 
 
 if __name__ == "__main__":

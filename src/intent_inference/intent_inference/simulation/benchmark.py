@@ -1,6 +1,7 @@
 """Figures of the simulated grasps: rates measured now, counts from the shipped tables."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -56,10 +57,13 @@ def rate_figures(hand_name: str, quick: bool, seed: int) -> dict[str, Any]:
     seconds: Counter[str] = Counter()
     depths: list[float] = []
     coupling: list[float] = []
+    generation = settings()
+    if quick:
+        generation = replace(generation, per_round=12, shaken_per_round=12, tries_per_round=400)
     for number, kind in enumerate(kinds):
         target = TaskObject(database[f"{kind}_{(index + number) % 8}"])
         rng = np.random.default_rng([seed, number])
-        with GraspGenerator(target, hand, rng, settings()) as generator:
+        with GraspGenerator(target, hand, rng, generation) as generator:
             generator.warm_up()
             grasps = generator.round(shake_all=True)
             fates.update(generator.fates)

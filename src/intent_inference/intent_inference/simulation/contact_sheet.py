@@ -97,7 +97,8 @@ def task_sheet(
 ) -> Image | None:
     """Return `count` positives above `count` negatives of a class and a task.
 
-    None where the class never affords the task or there is no grasp. Positives are spread over their margins, negatives begin with the nearest misses.
+    None where the class never affords the task or there is no grasp. Both halves are spread over
+    their margins.
 
     Args:
         target_of: the objects by name.
