@@ -41,7 +41,7 @@ def claims(detector: Detector, frame: RgbdFrame) -> list[Claim]:
 
 
 def test_every_object_is_found_at_its_pose(detector: Detector) -> None:
-    scene = scene_of(NAMES, 5)
+    scene = scene_of(NAMES, 15)
     judged, found = judge(scene.objects, claims(detector, scene.frame))
     assert sorted(found.values()) == ["model"] * 3
     assert all(j.right for j in judged)
@@ -80,7 +80,7 @@ def test_an_empty_table_gives_an_empty_list(detector: Detector) -> None:
 
 def test_without_the_table_prior_pairs_alone_find_the_object(models: ObjectDatabase) -> None:
     pairs = Detector(ModelLibrary.of(models), DetectorConfig(hash_only=True))
-    scene = scene_of(("hammer_0", "bottle_0"), 8)
+    scene = scene_of(("mug_0", "bottle_0"), 21)
     _, found = judge(scene.objects, claims(pairs, scene.frame))
     assert list(found.values()) == ["model", "model"]
 
@@ -124,7 +124,7 @@ def test_calibration_error_is_zero_for_honest_confidence() -> None:
 
 
 def test_symmetric_poses_have_no_error() -> None:
-    bottle = DATABASE["bottle_3"]
+    bottle = DATABASE["bottle_1"]
     spin = make_pose(rotation_from_vector(np.array([0.0, 0.0, np.pi / 2.0])), np.zeros(3))
     pose = make_pose(rotation_from_vector(np.array([0.5, 0.2, 0.1])), np.array([0.0, 0.1, 0.8]))
     error = pose_error(bottle, surface_points(bottle), pose @ spin, pose)

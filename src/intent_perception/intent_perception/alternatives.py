@@ -15,11 +15,13 @@ from intent_perception.geometry import Array, rotation_from_vector
 Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 
-_STEPS = 24
+SPINS = 48
+"""Steps of a whole turn: a handle in front of its mug is as wide as one and a half of them."""
+_FLIPPED_SPINS = 12
 
 
 def turns(axis: Array, spins: bool) -> Floats:
-    """Return rotations (K, 3, 3) of the object frame to try.
+    """Return rotations (K, 3, 3) of the object frame to try, first those in steps of one turn.
 
     Args:
         axis: (3,) unit vector about which the object is turned in steps.
@@ -28,9 +30,9 @@ def turns(axis: Array, spins: bool) -> Floats:
     across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     across /= np.linalg.norm(across)
     found = []
-    for flip in (0.0, np.pi):
-        for k in range(_STEPS if spins else 1):
-            spin = rotation_from_vector(2.0 * np.pi * k / _STEPS * axis)
+    for flip, steps in ((0.0, SPINS), (np.pi, _FLIPPED_SPINS)):
+        for k in range(steps if spins else 1):
+            spin = rotation_from_vector(2.0 * np.pi * k / steps * axis)
             found.append(spin @ rotation_from_vector(flip * across))
     return np.array(found[1:], np.float32)
 

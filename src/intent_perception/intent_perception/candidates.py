@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.alignment import align
-from intent_perception.alternatives import turned, worth_of, worth_of_turns
+from intent_perception.alternatives import SPINS, turned, worth_of, worth_of_turns
 from intent_perception.color_evidence import color_mismatch
 from intent_perception.conflict import Evidence
 from intent_perception.contour import contour
@@ -218,10 +218,9 @@ class Drafter:
         A mug's handle that is hidden may be anywhere behind the mug: its middle errs least.
         """
         library, scene = self._library, self._scene
-        steps = len(library.turns[model]) // 2
-        if steps < 3:
+        spins, about = library.turns[model][: SPINS - 1], library.spin_points[model]
+        if len(spins) < SPINS - 1:
             return pose
-        spins, about = library.turns[model][:steps], library.spin_points[model]
         turned_worth = worth_of_turns(
             pose,
             spins,

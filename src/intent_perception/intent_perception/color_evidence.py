@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float32]
 
-_CHROMA_SPREAD = 0.045  # lamps and white balance shift r/(r+g+b) about this much
-_LIGHT_SPREAD = 0.6  # shading changes the logarithm of the brightness about this much
+_CHROMA_SPREAD = 0.05  # lamps and white balance shift r/(r+g+b) about this much
+_LIGHT_SPREAD = 1.0  # shading changes the logarithm of the brightness about this much
 _LEAST_PIXELS = 20
 
 

@@ -1,10 +1,9 @@
-"""Command: fit the weights of `confidence` on development scenes (seeds below 1000).
+"""Command: fit scale and bias of `confidence` on development scenes (seeds below 1000).
 
 python -m intent_perception.fit_confidence [--scenes N]
 
 Scenes of known objects, of clutter alone and of both are searched with 6 and with 48 models; every
-detection is compared with the truth, and a logistic function of its features is fitted whose
-weights may only have the sign that their meaning demands.
+detection is compared with the truth, and a logistic function of its evidence is fitted.
 """
 
 import argparse
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from intent_perception.confidence import FEATURES
+from intent_perception.confidence import evidence_for
 from intent_perception.detection import Detector, DetectorConfig
 from intent_perception.geometry import Array
 from intent_perception.model import OBJECT_CLASSES
@@ -24,28 +23,21 @@ from intent_perception.objects import ObjectDatabase
 from intent_perception.scoring import Claim, judge
 from intent_perception.tabletop import TabletopScene, tabletop_scene
 
-_PENALTY = 0.05
 
-
-def fit(features: Array, right: NDArray[np.bool_]) -> tuple[Array, float]:
-    """Return weights (F,) and bias of the logistic function that explains best what was right.
+def fit(evidence: Array, right: NDArray[np.bool_]) -> tuple[float, float]:
+    """Return scale and bias of the logistic function that explains best what was right.
 
     Args:
-        features: (N, F), in the order of FEATURES.
+        evidence: (N,) of `evidence_for`.
         right: (N,).
     """
-    signs = np.array([sign for _, sign in FEATURES])
-    mean, spread = features.mean(axis=0), features.std(axis=0) + 1e-6
-    scaled, target = (features - mean) / spread, 2.0 * right - 1.0
+    target = 2.0 * right - 1.0
 
     def loss(values: Array) -> float:
-        margin = target * (scaled @ (signs * values[:-1] ** 2) + values[-1])
-        return float(np.logaddexp(0.0, -margin).sum() + _PENALTY * (values[:-1] ** 4).sum())
+        return float(np.logaddexp(0.0, -target * (values[0] * evidence + values[1])).sum())
 
-    start = np.r_[np.full(len(signs), 0.7), 0.0]
-    values = minimize(loss, start, method="BFGS").x
-    weights = signs * values[:-1] ** 2 / spread
-    return weights, float(values[-1] - weights @ mean)
+    scale, bias = minimize(loss, np.array([1.0, 0.0]), method="BFGS").x
+    return float(scale), float(bias)
 
 
 def development_scenes(count: int) -> Iterator[tuple[TabletopScene, bool]]:
@@ -71,7 +63,7 @@ def main() -> None:
     small = Detector(
         ModelLibrary.of(database[f"{name}_0"] for name in OBJECT_CLASSES), DetectorConfig()
     )
-    features, right = [], []
+    evidence, right = [], []
     for scene, for_small in development_scenes(count):
         for detector in (small, large) if for_small else (large,):
             found = detector.find(scene.frame).detections
@@ -80,12 +72,10 @@ def main() -> None:
                 for d in found
             ]
             judged, _ = judge(scene.objects, claims)
-            features += [d.features for d in found]
+            evidence += [evidence_for(d.features) for d in found]
             right += [j.right for j in judged]
-    weights, bias = fit(np.array(features, np.float64), np.array(right))
-    for (name, _), weight in zip(FEATURES, weights, strict=True):
-        sys.stdout.write(f"{name}: {weight:.3f}\n")
-    sys.stdout.write(f"bias: {bias:.3f}\n")
+    scale, bias = fit(np.array(evidence), np.array(right))
+    sys.stdout.write(f"scale {scale:.3f}, bias {bias:.3f}, {len(right)} detections\n")
 
 
 if __name__ == "__main__":

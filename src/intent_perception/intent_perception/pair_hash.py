@@ -120,7 +120,7 @@ class PairTable:
             ValueError: if the file is not one, or is damaged.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with path.open("rb") as handle, np.load(handle, allow_pickle=False) as file:
                 if int(file["format"]) != _FORMAT:
                     raise ValueError(f"expected pair-table format {_FORMAT}, got {file['format']}")
                 keys, distances = file["keys"], file["distances"]
