@@ -45,6 +45,10 @@ class DetectionConfig:
     """Colours less likely than exp(-skin_width) of the likeliest skin are surely no skin."""
     largest_area: float = 0.045
     """Larger pieces are no hand, not even with a bare forearm [m^2]."""
+    least_share: float = 0.003
+    """Without a table, and with less skin in the image than this, the nearest thing is taken."""
+    depth_of_hand: float = 0.18
+    """How far that thing may reach away from the camera [m]."""
     least_area: float = 0.0015
     """Smallest visible surface of a hand [m^2]."""
     length: float = 0.20
@@ -100,7 +104,8 @@ def background_pixels(
     like_skin = body & (prior > prior.max() * np.exp(-config.skin_width))[color_bins(tile.color)]
     _, labels = cv2.connectedComponents(like_skin.astype(np.uint8), connectivity=4)
     areas = np.bincount(labels.ravel(), weights=((tile.depth * tile.step) ** 2).ravel())
-    return body & (~like_skin | (areas[labels] > config.largest_area))
+    other: NDArray[np.bool_] = body & (~like_skin | (areas[labels] > config.largest_area))
+    return other
 
 
 def hand_pixels(
@@ -122,7 +127,10 @@ def hand_pixels(
     body = body_pixels(tile, rest_depth, table, config)
     color = appearance.log_probability(color_bins(tile.color))
     skin = body & (color[HAND] - color[BACKGROUND] > config.skin_margin)
-    return body, cv2.medianBlur(skin.astype(np.uint8), 3) > 0
+    skin = cv2.medianBlur(skin.astype(np.uint8), 3) > 0
+    if table is None and skin.mean() < config.least_share and body.any():
+        skin = body & (tile.depth < np.percentile(tile.depth[body], 1) + config.depth_of_hand)
+    return body, skin
 
 
 def find_hand(
@@ -152,7 +160,7 @@ def find_hand(
             piece &= np.abs(tile.depth - depth) < 0.2
             area = float(pixel[piece].sum())
             score = min(area, 0.02) / depth**2
-            if area > config.least_area and score > best_score:
+            if config.least_area < area < config.largest_area and score > best_score:
                 best, best_score = piece, score
     return () if best is None else _regions(best, body, tile.points, pixel, config)
 
@@ -170,11 +178,11 @@ def _regions(
     wide = cv2.dilate(piece.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
     ring = wide & ~piece & body & (np.abs(points[2] - depth) < 0.15)
     centred = hand - hand.mean(axis=1, keepdims=True)
-    axis = np.linalg.svd(centred @ centred.T)[0][:, 0].astype(np.float64)
+    axis: Array = np.linalg.svd(centred @ centred.T)[0][:, 0].astype(np.float64)
     if ring.sum() > 0.1 * (wide & ~piece).sum():
         away = hand.mean(axis=1) - points[:, ring].mean(axis=1)
         away /= np.linalg.norm(away)
-        axis = axis * np.sign(axis @ away) if abs(axis @ away) > 0.6 else away
+        axis = np.asarray(axis * np.sign(axis @ away) if abs(axis @ away) > 0.6 else away)
         return (_tip(hand, axis, True, pixel[piece], config),)
     return tuple(_tip(hand, sign * axis, False, pixel[piece], config) for sign in (1.0, -1.0))
 

@@ -157,7 +157,10 @@ def draw_objects(objects, state, rotations, seen, depth, work):  # type: ignore[
 
 @njit(**JIT)
 def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-untyped-def]
-    """Return (C + penetration, C per observed or drawn hand pixel) of one state."""
+    """Return (C + penetration, C per observed or drawn hand pixel) of one state.
+
+    The second is 1 where hardly a pixel can speak for or against the hand.
+    """
     size = seen.depth.shape[0]
     buffers = new_hand_buffers()
     work = np.empty((max(objects.vertices.shape[0], 1), 3), np.float32)
@@ -180,10 +183,12 @@ def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-unt
             total += cost
             if hand_depth[row, j] < thing_depth[row, j] or seen.hand[row, j] > np.float32(0.0):
                 own += cost
-                area += np.float32(1.0)
+                area += seen.valid[row, j]
     gradient = np.empty(3, np.float32)
     inside = penetration(hand, buffers, objects, state, rotations, 0, 24, gradient)
-    return total + PENETRATION_WEIGHT * inside, own / max(area, np.float32(1.0))
+    return total + PENETRATION_WEIGHT * inside, own / area if area > np.float32(
+        30.0
+    ) else np.float32(1.0)
 
 
 @njit(**JIT)

@@ -2,12 +2,17 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.camera import Camera, RgbdFrame
 from intent_perception.geometry import Array
 from intent_tracking.hand_kernel import Single
+
+OUT_OF_RANGE = np.float32(10.0)
+"""Depth of large areas without a measurement: there is nothing that the sensor could reach [m]."""
+_HOLE = np.ones((15, 15), np.uint8)  # smaller holes are shadows and dropouts of the sensor
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +61,9 @@ def cut_tile(frame: RgbdFrame, square: tuple[float, float, float], size: int) ->
     inside_columns = (columns >= 0) & (columns < camera.width)
     inside_rows = (rows >= 0) & (rows < camera.height)
     grid = np.ix_(np.clip(rows, 0, camera.height - 1), np.clip(columns, 0, camera.width - 1))
-    depth = np.where(inside_rows[:, None] & inside_columns, frame.depth[grid], np.float32(0.0))
+    inside = inside_rows[:, None] & inside_columns
+    depth = np.where(inside, frame.depth[grid], np.float32(0.0))
+    depth[_nothing(depth) & inside] = OUT_OF_RANGE
     # the rays are those of the grid, not of the nearest pixels: half a pixel of noise at most
     u0 = (column + offsets[0] - camera.cx) / camera.fx
     v0 = (row + offsets[0] - camera.cy) / camera.fy
@@ -67,3 +74,9 @@ def cut_tile(frame: RgbdFrame, square: tuple[float, float, float], size: int) ->
         np.float32(v0),
         np.float32(stride / camera.fx),
     )
+
+
+def _nothing(depth: Single) -> NDArray[np.bool_]:
+    """Return the pixels (S, S) of large areas without a measurement."""
+    missing = (depth <= 0.0).astype(np.uint8)
+    return np.asarray(cv2.morphologyEx(missing, cv2.MORPH_OPEN, _HOLE) > 0)

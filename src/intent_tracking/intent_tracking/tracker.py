@@ -67,7 +67,7 @@ class TrackerConfig:
     doubt_period: int = 5
     """Frames between such trials."""
     still_frames: int = 4
-    """Frames after which only what has moved may be a new hand."""
+    """Frames after which, at a table, only what has moved may be a new hand."""
     first_cost: float = 0.25
     """Cost below which a pose is published before that."""
     least_area: float = 0.0008
@@ -264,7 +264,7 @@ class Tracker:
         found = self._starts(frame, tuple(self._hands))
         if not found:
             return False
-        early = self._frames < self.config.still_frames
+        early = self._table is not None and self._frames < self.config.still_frames
         limit = self.config.first_cost if early else self.config.accept_cost
         best: dict[Side, Candidate] = {}
         for candidate in found:
@@ -320,7 +320,8 @@ class Tracker:
         found: list[Candidate] = []
         hands = {side: (self._hands[side], hand_arrays(self._hands[side])) for side in sides}
         rng = np.random.default_rng([config.seed, self._frames])
-        still = self._still if self._frames >= config.still_frames else None
+        moves = self._table is not None and self._frames >= config.still_frames
+        still = self._still if moves else None
         for region in find_hand(
             tile, depth, self._table, self._appearance, still, config.detection
         ):
