@@ -185,7 +185,7 @@ class FrameSubscription:
         )
         text = "images kept while a step runs, 1..1000: 1 for a live camera"
         self._queue = declared_value(node, "queue", 1, text)
-        text = "time without a frame after which the node says what it is waiting for [s]"
+        text = "time without a frame after which the node says what it is waiting for [s], 0: never"
         self._silence = float(declared_value(node, "silence", 5.0, text))
         add = self.synchroniser
         self._subscribe("rgb/image_rect_color", color, add.add_color)
@@ -251,7 +251,8 @@ class FrameSubscription:
 
     def waiting(self) -> str:
         """Return what a node without frames is waiting for; warn about it once."""
-        if not self._node.enabled or time.monotonic() - self._quiet_since < self._silence:
+        quiet = time.monotonic() - self._quiet_since
+        if not self._node.enabled or self._silence <= 0.0 or quiet < self._silence:
             return ""
         missing = self.synchroniser.missing
         what = ", ".join(missing) if missing else "colour and depth of the same time"
