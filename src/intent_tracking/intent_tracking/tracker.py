@@ -1,8 +1,7 @@
 """The tracker (Sec. III-B): a hand and N known objects, 26 + 6 N values from every RGB-D frame."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from intent_tracking.appearance import BACKGROUND, FIRST_OBJECT, AppearanceModel
 from intent_tracking.body_state import BodyState, start_state
 from intent_tracking.hand import HandModel, Side
 from intent_tracking.hand_detection import (
-    DetectionConfig,
     background_pixels,
     coarse_tile,
     find_hand,
@@ -23,71 +21,19 @@ from intent_tracking.hand_detection import (
 from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand
 from intent_tracking.initialisation import (
     Candidate,
-    InitialisationConfig,
     candidates,
     region_evidence,
 )
 from intent_tracking.labelling import OF_HAND, OF_OBJECT
 from intent_tracking.object_kernel import geometry_of
-from intent_tracking.object_life import ObjectLife, ObjectLifeConfig, hand_gap
+from intent_tracking.object_life import ObjectLife, hand_gap
 from intent_tracking.scene import HAND_SIZE, SceneState
-from intent_tracking.scene_track import Fit, PackedObjects, SceneTrack, Ties, TrackConfig, View
+from intent_tracking.scene_track import Fit, PackedObjects, SceneTrack, Ties, View
 from intent_tracking.tile import covering_square, cut_tile
+from intent_tracking.tracker_config import TrackerConfig
 from intent_tracking.uncertainty import state_deviation
 
-
-@dataclass(frozen=True, eq=False)
-class TrackerConfig:
-    """Parameters of the tracker."""
-
-    method: Literal["hybrid", "pso"] = "hybrid"
-    """hybrid: swarm, refinement and finger sweep; pso: the published particle swarm alone."""
-    seed: int = 0
-    """Of everything random."""
-    table: bool = True
-    """False: there is no table, anything nearer than the background may be a hand."""
-    accept_cost: float = 0.50
-    """Cost per hand pixel below which a new hand pose is published."""
-    lost_cost: float = 0.52
-    """Smoothed cost per hand pixel above which the hand is lost."""
-    good_cost: float = 0.22
-    """Smoothed cost below which a young track is not questioned."""
-    young_trials: tuple[int, ...] = (3, 7, 13, 21)
-    """Ages in frames at which other starts of both sides are tried."""
-    farthest_rival: float = 0.12
-    """Other starts this far from a track that fits are another thing than its hand [m]."""
-    far_better: float = 0.6
-    """Share of the present cost below which even those take over."""
-    better: float = 0.85
-    """Share of the present cost that another start must stay below to take over."""
-    doubt_cost: float = 0.30
-    """Smoothed cost above which other starts are tried now and then."""
-    urgent_cost: float = 0.45
-    """Cost of one frame above which they are tried at once."""
-    doubt_period: int = 5
-    """Frames between such trials."""
-    still_frames: int = 4
-    """Frames after which, at a table, only what has moved may be a new hand."""
-    first_cost: float = 0.25
-    """Cost below which a pose is published before that."""
-    least_area: float = 0.0008
-    """Visible surface below which there is no hand [m^2]."""
-    decision_frames: int = 12
-    """Frames over which a right and a left hand compete."""
-    decision_margin: float = 0.12
-    """Lead in mean cost that ends the competition."""
-    side_bias: float = 0.10
-    """Cost that the side last seen is ahead at a new start."""
-    learn_period: int = 4
-    """Frames between updates of the colour models."""
-    track: TrackConfig = field(default_factory=TrackConfig)
-    detection: DetectionConfig = field(default_factory=DetectionConfig)
-    initialisation: InitialisationConfig = field(default_factory=InitialisationConfig)
-    life: ObjectLifeConfig = field(default_factory=ObjectLifeConfig)
-
-    def __post_init__(self) -> None:
-        if self.method not in ("hybrid", "pso"):
-            raise ValueError(f"expected method 'hybrid' or 'pso', got {self.method!r}")
+__all__ = ["Hypothesis", "Tracker", "TrackerConfig"]
 
 
 @dataclass
