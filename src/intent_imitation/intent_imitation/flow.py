@@ -98,7 +98,7 @@ def _hypotheses(canvas: Figure, pictures: Sequence[Image], plan: GraspPlan | Non
     """Show the ranked hypotheses, the best one next to the grasp."""
     title = canvas.add_axes((0.275, _BOTTOM, 0.435, _ROW))
     title.set_axis_off()
-    title.set_title("5   Grasps ranked by p(a | o*, t*)", fontsize=12, pad=6)
+    title.set_title("5   Grasps ranked by p(a | o*, t*) and stability", fontsize=12, pad=6)
     if not pictures:
         affords = plan is None or not plan.nothing_affords
         _nothing(title, "no grasp was planned" if affords else "nothing here affords the task")
