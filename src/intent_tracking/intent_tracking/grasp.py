@@ -37,7 +37,7 @@ _PALM = len(FINGERS)
 class GraspConfig:
     """When a grasp is stable, and when it has ended."""
 
-    contact: float = 0.010
+    contact: float = 0.018
     """A finger touches where its skin is this close to the object: the tracker's error [m]."""
     window: float = 0.20
     """The hand must have kept still relative to the object for this long [s]."""
@@ -47,7 +47,7 @@ class GraspConfig:
     """Still: the wrist turned less than this in the object's frame [rad]."""
     bend: float = 0.12
     """Still: half of the joints moved less than this [rad]; the track of hidden fingers jitters."""
-    opposition: float = -0.2
+    opposition: float = -0.1
     """Two fingers oppose each other if the cosine between the touched normals is below this."""
     release: float = 0.30
     """A grasp has ended once nothing has touched the object for this long [s]."""
