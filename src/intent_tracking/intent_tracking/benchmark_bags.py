@@ -35,7 +35,7 @@ class BagErrors:
 def bags_with_truth(folder: Path) -> list[Path]:
     """Return the bags below a folder that have a truth with a hand, sorted."""
     found = sorted(path.parent for path in folder.glob("*/truth.npz"))
-    return [path for path in found if len(np.load(path / "truth.npz")["joints_camera"]) > 1]
+    return [path for path in found if np.any(np.load(path / "truth.npz")["hand_in_view"])]
 
 
 def bag_errors(bag: Path, config: TrackerConfig, models: ObjectDatabase) -> BagErrors:
