@@ -93,8 +93,8 @@ def test_gradient_equals_finite_differences():
     np.testing.assert_allclose(-2.0 * gradient, numeric, atol=0.1 * np.abs(numeric).max())
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_refinement_brings_most_joints_back_to_the_truth(seed):
+def refined_offsets(seed):
+    """Return the joints' median distance to the truth before and after refining one start [m]."""
     truth = hand_pose(seed)
     evidence = observed(*truth)
     rng = np.random.default_rng(seed)
@@ -103,6 +103,7 @@ def test_refinement_brings_most_joints_back_to_the_truth(seed):
     states[0, 6:] = np.clip(truth[0][6:] + rng.normal(0, 0.08, 20), 0.0, 1.2)
     rotations = truth[1][None].copy()
     turn(F(0.05), F(-0.03), F(0.04), truth[1][0], rotations[0, 0])
+    start = states[0].copy(), rotations[0, 0].copy()
     costs, normals = np.zeros(1, F), np.zeros((1, 26, 26), F)
     prior = prior_of(states[0], rotations[0])
     refine(
@@ -110,12 +111,17 @@ def test_refinement_brings_most_joints_back_to_the_truth(seed):
         25, costs, normals,
     )  # fmt: skip
     joints = []
-    for state, rotation in ((states[0], rotations[0, 0]), (truth[0], truth[1][0])):
+    for state, rotation in (start, (states[0], rotations[0, 0]), (truth[0], truth[1][0])):
         buffers = hand_buffers()
         place_hand(hand_arrays(HandModel()), state, rotation, buffers)
         joints.append(buffers.landmarks.copy())
-    offset = np.linalg.norm(joints[0] - joints[1], axis=1)
-    assert np.median(offset) < 0.0015  # a thumb that crosses a finger may stay on its other side
+    return [np.median(np.linalg.norm(points - joints[2], axis=1)) for points in joints[:2]]
+
+
+def test_refinement_brings_most_joints_back_to_the_truth():
+    before, after = np.transpose([refined_offsets(seed) for seed in range(6)])
+    assert np.all(after < before / 3)  # one start may end in a local minimum, nearer all the same
+    assert np.median(after) < 0.0015
 
 
 def test_normal_matrix_is_the_sum_over_single_points():
