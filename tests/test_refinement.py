@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 
 from intent_tracking.evidence import Evidence, Prior, Weights
 from intent_tracking.hand import LIMITS, HandModel
