@@ -61,7 +61,12 @@ def sigmoid(log_odds: Array) -> Array:
 
 
 def fit_calibration(
-    observed: Sequence[str], log_odds: Array, labels: Array, knots: int = 9, ridge: float = 0.02
+    observed: Sequence[str],
+    log_odds: Array,
+    labels: Array,
+    weights: Array,
+    knots: int = 9,
+    ridge: float = 0.02,
 ) -> Calibration:
     """Return the calibration of held-out predictions.
 
@@ -72,6 +77,7 @@ def fit_calibration(
         observed: variables that were known.
         log_odds: (N, M) held-out log-odds of M networks.
         labels: (N,) 0 or 1.
+        weights: (N,) of the rows.
         knots: number of quantile bins of the monotone map.
         ridge: pull of the weights towards their common mean.
 
@@ -81,20 +87,23 @@ def fit_calibration(
     if len(np.unique(labels)) < 2:
         raise ValueError("expected both labels among the held-out rows")
     clipped = np.clip(log_odds, -_LARGEST, _LARGEST)
-    weights = _stack(clipped, labels, ridge)
-    score = clipped @ weights
+    stack = _stack(clipped, labels, weights, ridge)
+    score = clipped @ stack
     order = np.argsort(score)
-    bins = [b for b in np.array_split(order, knots) if len(b)]
-    centres = np.array([score[b].mean() for b in bins])
-    rates = np.array([(labels[b].sum() + 0.5) / (len(b) + 1.0) for b in bins])
-    sizes = np.array([len(b) for b in bins], dtype=np.float64)
+    # Bins of equal total weight.
+    place = np.cumsum(weights[order]) / weights.sum() * knots
+    bins = [order[np.minimum(place.astype(np.int64), knots - 1) == k] for k in range(knots)]
+    bins = [b for b in bins if len(b)]
+    sizes = np.array([weights[b].sum() for b in bins])
+    centres = np.array([np.average(score[b], weights=weights[b]) for b in bins])
+    rates = np.array([(weights[b] @ labels[b] + 0.5) / (weights[b].sum() + 1.0) for b in bins])
     rates = _monotone(rates, sizes)
     levels = np.log(rates / (1.0 - rates)) + 1e-3 * np.arange(len(bins))
     keep = np.concatenate([[True], np.diff(centres) > 1e-9])
-    return Calibration(tuple(observed), weights, centres[keep], levels[keep])
+    return Calibration(tuple(observed), stack, centres[keep], levels[keep])
 
 
-def _stack(log_odds: Array, labels: Array, ridge: float) -> Array:
+def _stack(log_odds: Array, labels: Array, importance: Array, ridge: float) -> Array:
     """Return non-negative weights of a ridge-held logistic regression (projected Newton)."""
     rows, members = log_odds.shape
     weights = np.full(members, 1.0 / members)
@@ -103,9 +112,10 @@ def _stack(log_odds: Array, labels: Array, ridge: float) -> Array:
     for _ in range(_ROUNDS):
         chance = sigmoid(log_odds @ weights + bias)
         spread = weights - weights.mean()
-        gradient = design.T @ (chance - labels) / rows
+        gradient = design.T @ (importance * (chance - labels)) / rows
         gradient[:members] += ridge * spread
-        curvature = (design * (chance * (1.0 - chance))[:, None]).T @ design / rows
+        spread_of = importance * chance * (1.0 - chance)
+        curvature = (design * spread_of[:, None]).T @ design / rows
         curvature[:members, :members] += ridge * (np.eye(members) - 1.0 / members)
         curvature += 1e-6 * np.eye(members + 1)
         step = np.linalg.solve(curvature, gradient)

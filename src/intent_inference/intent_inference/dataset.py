@@ -17,9 +17,14 @@ from intent_perception.geometry import Array
 _SUFFIXES = {"dir": ("x", "y", "z", "w")}
 _SCALARS = ("conv", "fvol")
 _NOT_TASKS = (
-    "object_id", "object_class", "hand_side", "on_handle", "preshape", "seed", "shaken",
+    "hand_side",
+    "object_class",
+    "object_id",
+    "on_handle",
+    "preshape",
+    "seed",
     "stability",
-)  # fmt: skip
+)
 _NOT_TASK_PREFIXES = ("margin_", "wrist_", "contact_", "penetration", "std_")
 
 

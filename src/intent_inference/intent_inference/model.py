@@ -34,13 +34,20 @@ class Member:
     prior: DirichletPrior
 
     def network(self) -> DiscreteNetwork:
-        """Return the network with the tables that its counts give."""
+        """Return the network with the tables that its counts give.
+
+        The task itself is as likely as not: how often simulated grasps afford a task is no
+        prior of people's intentions; that is a setting of whoever asks.
+        """
         names = tuple(self.parents)
         index = {name: i for i, name in enumerate(names)}
+        tables = {name: table_from_counts(self.counts[name], self.prior) for name in names}
+        if not self.parents[TASK]:
+            tables[TASK] = np.full(2, 0.5)
         return DiscreteNetwork(
             names,
             tuple(tuple(index[p] for p in self.parents[name]) for name in names),
-            tuple(table_from_counts(self.counts[name], self.prior) for name in names),
+            tuple(tables[name] for name in names),
         )
 
     def with_rows(

@@ -12,7 +12,7 @@ from intent_inference.evaluation.baselines import boosting, class_only
 from intent_inference.evaluation.scores import auc, auc_within, calibration_error, roc
 from intent_inference.evidence import Evidence
 from intent_inference.features import Features
-from intent_inference.learning.fitting import Recipe, TrainingConfig, balanced_rows, train
+from intent_inference.learning.fitting import Recipe, TrainingConfig, balancing_weights, train
 from intent_inference.learning.parameters import DirichletPrior
 from intent_inference.model import TaskModel
 from intent_inference.variables import OBJECT_CLASS, split_observed
@@ -22,8 +22,8 @@ Rows = NDArray[np.int64]
 
 MASKS = ("full", "partial", "partial_fig5", "position")
 """Sets of observed variables that are scored; see `split_observed`."""
-PAPER = Recipe("paper", "paper", prior=DirichletPrior(5.0, back_off=False))
-"""Spanning tree, then greedy BIC; K by Davies-Bouldin and BIC; soft counts."""
+PAPER = Recipe("paper", "paper", prior=DirichletPrior(5.0, back_off=False), balanced=True)
+"""Spanning tree, then greedy BIC; K by Davies-Bouldin and BIC; soft counts of balanced rows."""
 HARD = replace(PAPER, hard=True)
 """The same, each value counted for and read as its likeliest state alone."""
 
@@ -127,7 +127,7 @@ def run_trial(
             for column, task in enumerate(model.tasks):
                 probability[method, task, mask] = values[rows[task], column]
         if config.baselines and mask in ("full", "partial"):
-            compared = _compared(part, test, observed[mask], seed)
+            compared = _compared(part, test, observed[mask])
             for (method, task), values in compared.items():
                 probability[method, task, mask] = values[rows[task]]
     return Trial({task: split[1][own] for task, own in rows.items()}, probability)
@@ -166,12 +166,12 @@ def hardened_evidence(model: TaskModel, evidence: Evidence) -> Evidence:
 
 
 def _compared(
-    part: GraspTable, test: GraspTable, variables: tuple[str, ...], seed: int
+    part: GraspTable, test: GraspTable, variables: tuple[str, ...]
 ) -> dict[tuple[str, str], Array]:
     """Return predictions (N,) of the models that are no networks."""
     result = {}
     for task, labels in part.labels.items():
-        rows = balanced_rows(labels, np.random.default_rng(seed))
+        rows = np.flatnonzero(np.isfinite(labels))
         own: Features = part.select(rows).features
         if OBJECT_CLASS in own:
             result["class_only", task] = class_only(own, labels[rows], test.features)
@@ -200,16 +200,18 @@ def trial_roc(table: GraspTable, trial: Trial, task: str, mask: str) -> Array:
 
 
 def held_out_calibration(
-    table: GraspTable, trials: Sequence[Trial], seed: int
+    table: GraspTable, trials: Sequence[Trial]
 ) -> dict[tuple[str, str], float]:
-    """Return the calibration error of (task, mask) over balanced rows, each predicted once."""
+    """Return the calibration error of (task, mask); every row is predicted once.
+
+    Rows are weighed so that both labels have the same total, as the posteriors assume.
+    """
     result = {}
     keys = {key[1:] for trial in trials for key in trial.probability if key[0] == "ours"}
     for task, mask in sorted(keys):
         labels = np.concatenate([table.labels[task][trial.rows[task]] for trial in trials])
         chance = np.concatenate([trial.probability["ours", task, mask] for trial in trials])
-        rows = balanced_rows(labels, np.random.default_rng(seed))
-        result[task, mask] = calibration_error(labels[rows], chance[rows])
+        result[task, mask] = calibration_error(labels, chance, balancing_weights(labels))
     return result
 
 

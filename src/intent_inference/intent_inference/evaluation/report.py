@@ -73,7 +73,7 @@ def evaluation_report(
     for number, split in enumerate(folds(table.rows, config.calibration_folds, rng)):
         parts.append(run_trial(table, split, config.seed + number, quiet))
         progress(f"calibration part {number + 1} of {config.calibration_folds}")
-    errors = held_out_calibration(table, parts, config.seed)
+    errors = held_out_calibration(table, parts)
     for (task, mask), value in errors.items():
         report["tasks"][task].setdefault("ece", {})[mask] = value
     report["unknown_auroc"] = report["unknown_auroc_by_class"] = None

@@ -57,14 +57,26 @@ def roc(labels: Array, score: Array) -> Array:
     return curve
 
 
-def calibration_error(labels: Array, probability: Array, bins: int = 10) -> float:
-    """Return the expected calibration error over bins of equal width."""
+def calibration_error(
+    labels: Array, probability: Array, weights: Array | None = None, bins: int = 10
+) -> float:
+    """Return the expected calibration error over bins of equal width.
+
+    Args:
+        labels: (N,) 0 or 1.
+        probability: (N,) of 1.
+        weights: (N,) of the rows; default: all the same.
+        bins: number of bins.
+    """
+    if weights is None:
+        weights = np.ones(len(labels))
     place = np.minimum((probability * bins).astype(np.int64), bins - 1)
     total = 0.0
     for b in np.unique(place):
         chosen = place == b
-        gap = abs(float(labels[chosen].mean()) - float(probability[chosen].mean()))
-        total += gap * float(chosen.mean())
+        mass = float(weights[chosen].sum())
+        gap = abs(float(weights[chosen] @ (labels[chosen] - probability[chosen])) / mass)
+        total += gap * mass / float(weights.sum())
     return total
 
 

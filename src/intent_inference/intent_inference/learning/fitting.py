@@ -38,19 +38,25 @@ class Recipe:
     number of states for every variable."""
     hard: bool = False
     """Each value counts for its likeliest state alone (a baseline)."""
+    without: tuple[str, ...] = ()
+    """Variables that this network leaves out: one that says little about a task adds noise, and the
+    joined answer weighs the networks by task."""
+    balanced: bool = False
+    """Learn from as many grasps with the task as without (Table II) instead of from all."""
     prior: DirichletPrior = field(default_factory=DirichletPrior)
 
     @property
     def name(self) -> str:
         """Short name."""
-        return f"{self.structure}/{self.states}{'/hard' if self.hard else ''}"
+        left_out = "".join(f" without {name}" for name in self.without)
+        return f"{self.structure}/{self.states}{'/hard' if self.hard else ''}{left_out}"
 
 
 DEFAULT_RECIPES = (
     Recipe("class-tan", "information"),
-    Recipe("class-tan", "8"),
     Recipe("class-tan", "24"),
     Recipe("tan", "24"),
+    Recipe("class-tan", "24", without=("dir",)),
 )
 
 
@@ -64,7 +70,7 @@ class TrainingConfig:
     folds: int = 5
     """Parts of the data for the held-out predictions that calibration needs."""
     most_rows: int = 6000
-    """Most rows per task, balanced between afforded and not."""
+    """Most rows per task; of more, the rarer label is kept."""
     masks: tuple[str, ...] | None = None
     """Sets of observed variables to calibrate for (names of `split_observed`); None: all."""
     compared: tuple[Recipe, ...] = ()
@@ -91,6 +97,22 @@ def balanced_rows(labels: Array, rng: np.random.Generator, most: int | None = No
         raise ValueError("expected grasps with and without the task, got only one kind")
     chosen = [rng.choice(rows, count, replace=False) for rows in (positives, negatives)]
     return rng.permutation(np.concatenate(chosen))
+
+
+def training_rows(labels: Array, rng: np.random.Generator, most: int) -> Rows:
+    """Return the rows with known labels, shuffled; of more than `most` the rarer label stays."""
+    positives, negatives = np.flatnonzero(labels == 1.0), np.flatnonzero(labels == 0.0)
+    rare, common = sorted((positives, negatives), key=len)
+    rare = rng.permutation(rare)[: max(most // 2, most - len(common))]
+    common = rng.permutation(common)[: most - len(rare)]
+    return rng.permutation(np.concatenate([rare, common]))
+
+
+def balancing_weights(labels: Array) -> Array:
+    """Return weights (N,) of mean 1 that give both labels the same total."""
+    share = float(labels.mean())
+    weights: Array = np.where(labels == 1.0, 0.5 / share, 0.5 / (1.0 - share))
+    return weights
 
 
 def quantise_table(
@@ -166,11 +188,11 @@ def train(
     fitted: list[tuple[TaskNetworks, Rows]] = []
     compared = []
     for task, labels in usable_labels(table).items():
-        rows = balanced_rows(labels, rng, config.most_rows)
+        rows = training_rows(labels, rng, config.most_rows)
         own = {key: shares[rows] for key, shares in assignments.items()}
-        networks = fit_networks(task, own, labels[rows], quantisations, config.recipes)
+        networks = fit_networks(task, own, labels[rows], quantisations, config.recipes, rng)
         fitted.append((networks, rows))
-        compared.append(fit_networks(task, own, labels[rows], quantisations, config.compared))
+        compared.append(fit_networks(task, own, labels[rows], quantisations, config.compared, rng))
     everything = [*compared, *(networks for networks, _ in fitted)]
     used = {key for networks in everything for m in networks.members for key in m.keys.values()}
     model = TaskModel(
@@ -220,6 +242,7 @@ def fit_networks(
     labels: Array,
     quantisations: dict[str, Quantisation],
     recipes: Sequence[Recipe],
+    rng: np.random.Generator,
 ) -> TaskNetworks:
     """Return one task's networks, not yet calibrated.
 
@@ -229,21 +252,27 @@ def fit_networks(
         labels: (N,) 0 or 1.
         quantisations: variable to its quantisers.
         recipes: one network each.
+        rng: of balanced subsets.
     """
-    one_hot = np.eye(2)[labels.astype(np.int64)]
     members = []
     for recipe in recipes:
+        rows = balanced_rows(labels, rng) if recipe.balanced else np.arange(len(labels))
+        one_hot = np.eye(2)[labels[rows].astype(np.int64)]
+        # Structure and states see both labels as equally frequent.
+        even = one_hot * balancing_weights(labels[rows])[:, None]
+        used = {key: shares[rows] for key, shares in assignments.items()}
         keys = {
-            name: f"{name}/{_states(name, quantisation, assignments, one_hot, recipe.states)}"
+            name: f"{name}/{_states(name, quantisation, used, even, recipe.states)}"
             for name, quantisation in quantisations.items()
+            if name not in recipe.without or len(quantisations) == 1
         }
-        if OBJECT_CLASS in assignments:
+        if OBJECT_CLASS in used:
             keys = {OBJECT_CLASS: OBJECT_CLASS, **keys}
-        own = {v: assignments[key] for v, key in keys.items()}
+        own = {v: used[key] for v, key in keys.items()}
         if recipe.hard:
             own = hardened(own)
+        parents = learn_structure({TASK: even, **own}, recipe.structure)
         own = {TASK: one_hot, **own}
-        parents = learn_structure(own, recipe.structure)
         counts = {v: soft_counts(own, v, chosen) for v, chosen in parents.items()}
         members.append(Member(recipe.name, parents, keys, counts, recipe.prior))
     return TaskNetworks(task, tuple(members), ())
@@ -294,4 +323,7 @@ def calibrations_of(
             hidden = tuple(v for v in model.variables if v not in observed)
             seen = evidence.without(partial.bank, hidden)
             odds[mask][held] = partial.log_odds(seen)[0]
-    return tuple(fit_calibration(masks[mask], values, labels) for mask, values in odds.items())
+    weights = balancing_weights(labels)
+    return tuple(
+        fit_calibration(masks[mask], values, labels, weights) for mask, values in odds.items()
+    )
