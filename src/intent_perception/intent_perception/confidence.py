@@ -26,7 +26,7 @@ FEATURES = {
     "newly explained": 1.0,
     "rival": -1.8,
     "contour": 0.7,
-    "colour mismatch": -2.0,
+    "colour mismatch": -0.9,
     "residual": -0.4,
     "size": 0.2,
     "alike": 0.0,
@@ -37,8 +37,9 @@ A free fit to rendered scenes puts more on heights and contours than real depth 
 planes bend and whose edges are lost; so only the scale of all weights and the bias are fitted.
 """
 _WEIGHTS = np.array(list(FEATURES.values()))
-# python -m intent_perception.fit_confidence --scenes 14
-_SCALE, _BIAS = 1.17, 2.23
+# python -m intent_perception.fit_confidence gave 1.17, 2.23 with a colour weight of -2; colour weighs
+# less, and the bias with it, since the demonstration room has darker and warmer lamps.
+_SCALE, _BIAS = 1.17, 1.0
 
 
 def features_of(
