@@ -37,8 +37,8 @@ A free fit to rendered scenes puts more on heights and contours than real depth 
 planes bend and whose edges are lost; so only the scale of all weights and the bias are fitted.
 """
 _WEIGHTS = np.array(list(FEATURES.values()))
-# Set by hand on development scenes, and colour weighs little, since the demonstration room has darker
-# and warmer lamps: `python -m intent_perception.fit_confidence` is still to be run on the whole.
+# Set by hand on development scenes; colour weighs little, since the demonstration room has darker
+# and warmer lamps. `python -m intent_perception.fit_confidence` is still to be run on the whole.
 _SCALE, _BIAS = 1.17, 1.0
 
 
