@@ -93,6 +93,7 @@ class Probe(Node):  # type: ignore[misc]
         self.heard: dict[str, list[Any]] = {}
         self.warnings: list[str] = []
         self._executor = SingleThreadedExecutor()
+        self._guests: list[Node] = []
         self._executor.add_node(self)
         qos = QoSProfile(depth=20)
         self._color = self.create_publisher(Image, "/rgb/image_rect_color", qos)
@@ -102,11 +103,15 @@ class Probe(Node):  # type: ignore[misc]
         self.create_subscription(Log, "/rosout", self._on_log, logs)
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Leave the graph, with the nodes that ran here: a name left behind takes /rosout along."""
         self._executor.shutdown()
+        for node in self._guests:
+            node.destroy_node()
+        self.destroy_node()
 
     def run_with(self, node: Node) -> None:
-        """Run another node of this process together with the probe."""
+        """Run another node of this process together with the probe, until the probe closes."""
+        self._guests.append(node)
         self._executor.add_node(node)
 
     def listen(self, kind: Any, topic: str, qos: Any = LATCHED) -> None:
