@@ -24,6 +24,7 @@ class MadeUpModel:
     """Stands for BN^R: likes some classes, and grasps from a wanted direction."""
 
     tasks = TASKS
+    classes = ()
 
     def __init__(self, liked: dict[str, float], wanted: np.ndarray | None = None) -> None:
         self.liked, self.wanted = liked, wanted

@@ -7,16 +7,19 @@ object. Grasps are chosen for stability and variety alone: labels and margins ar
 """
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_imitation.kinds import Kinds, shape_of
 from intent_imitation.library import SHARE, Array, GraspLibrary, GraspSet, grasp_set
 from intent_inference.simulation.dataset import without_duplicates
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.simulated_grasp import SimulatedGrasp, load_grasps
 from intent_perception.objects import ObjectDatabase, ObjectModel
+from intent_perception.sdf import SignedDistance
 from intent_tracking.features import ObjectGeometry
 
 _SHIFT, _TURN = 0.03, 0.5
@@ -72,7 +75,18 @@ def set_of(
     )
 
 
-def main() -> None:
+def kinds_of(models: Sequence[ObjectModel]) -> Kinds:
+    """Return what objects of known classes look like."""
+    told = [model for model in models if model.object_class]
+    shapes = [shape_of(model, SignedDistance.from_mesh(model.mesh)) for model in told]
+    return Kinds(
+        tuple(model.name for model in told),
+        tuple(model.object_class for model in told),
+        np.array(shapes),
+    )
+
+
+def main(command_line: Sequence[str] | None = None) -> None:
     """Build a library and print how many grasps each object got."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
     parser.add_argument("--grasps", type=Path, required=True, help="folder of archives (.npz)")
@@ -80,7 +94,7 @@ def main() -> None:
     parser.add_argument("--models", default=None, help="object database; default: the shipped one")
     parser.add_argument("--count", type=int, default=200, help="grasps per object at most")
     parser.add_argument("--out", type=Path, default=None, help="library file (.npz)")
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(command_line)
     hand = GraspingHand.load(arguments.hand)
     database = ObjectDatabase.load(arguments.models)
     by_object: dict[str, list[SimulatedGrasp]] = {}
@@ -97,7 +111,8 @@ def main() -> None:
     if not sets:
         parser.error(f"no held grasps of known objects in {arguments.grasps}")
     file = arguments.out or SHARE / f"{hand.name}.npz"
-    GraspLibrary(hand.name, sets).save(file)
+    kinds = kinds_of([known[name] for name in sets])
+    GraspLibrary(arguments.hand, sets, kinds).save(file)
     for name, grasps in sets.items():
         print(f"{name:20s} {len(grasps):4d} of {len(by_object[name])}")
     print(

@@ -1,9 +1,11 @@
 """Grasp hypotheses of an object and their features: from the library, or planned on the fly."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from intent_imitation.kinds import shape_of
 from intent_imitation.library import GraspLibrary, GraspSet, empty_set, grasp_set
 from intent_inference.features import Features
 from intent_inference.simulation.candidates import CandidateSource
@@ -52,6 +54,12 @@ class HypothesisSource:
         if model not in self._distances:
             self._distances[model] = SignedDistance.from_mesh(self._models[model].mesh)
         return self._distances[model]
+
+    def kinds(self, model: str, object_class: str) -> Mapping[str, float]:
+        """Return p(class) of a model: as told, or from its shape where it is "" = unknown."""
+        if object_class:
+            return {object_class: 1.0}
+        return self._library.kinds.chances(shape_of(self._models[model], self.distance(model)))
 
     def of(self, model: str, object_class: str) -> Hypotheses:
         """Return the hypotheses of a model as one of a class ("" = unknown)."""

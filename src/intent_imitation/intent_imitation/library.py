@@ -9,6 +9,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_imitation.kinds import Kinds
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_tracking.features import ObjectGeometry, grasp_features
 
@@ -106,14 +107,19 @@ def empty_set(joints: int) -> GraspSet:
     )
 
 
+NOTHING_KNOWN = Kinds((), (), np.zeros((0, 0)))
+
+
 @dataclass(frozen=True, eq=False)
 class GraspLibrary:
     """Grasp sets of the objects that the robot has practised with."""
 
     hand: str
-    """Name of the robot's hand."""
+    """Name or file of the robot's hand, see `GraspingHand.load`."""
     sets: Mapping[str, GraspSet]
     """By model name."""
+    kinds: Kinds = NOTHING_KNOWN
+    """What the objects that the robot has practised with look like."""
 
     @classmethod
     def load(cls, path: Path | None = None, hand: str = "schunk") -> "GraspLibrary":
@@ -131,6 +137,7 @@ class GraspLibrary:
                 columns = {name: np.asarray(stored[name]) for name in stored.files}
             name = str(columns.pop("hand"))
             models, rows = columns.pop("models"), columns.pop("model")
+            kinds = _kinds(columns)
             sets = {str(m): _rows(columns, rows == k) for k, m in enumerate(models)}
         except (KeyError, OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
             raise ValueError(f"damaged grasp library {source} ({error}); {remedy}") from error
@@ -138,7 +145,7 @@ class GraspLibrary:
         for model, grasps in sets.items():
             if grasps.grasp_joints.shape[1] != joints:
                 raise ValueError(f"library {source}: {model} is for another hand; {remedy}")
-        return cls(name, sets)
+        return cls(name, sets, kinds)
 
     def save(self, path: Path) -> None:
         """Write the library to an .npz file without pickle; lengths and angles as float32."""
@@ -149,12 +156,22 @@ class GraspLibrary:
             "model": np.concatenate(
                 [np.full(len(self.sets[m]), k, dtype=np.int16) for k, m in enumerate(models)]
             ),
+            "kind_names": np.array(self.kinds.names, dtype=np.str_),
+            "kind_classes": np.array(self.kinds.classes, dtype=np.str_),
+            "kind_shapes": self.kinds.shapes.astype(np.float32),
         }
         for field in fields(GraspSet):
             values = np.concatenate([getattr(self.sets[m], field.name) for m in models])
             columns[field.name] = values if values.dtype == bool else values.astype(np.float32)
         path.parent.mkdir(parents=True, exist_ok=True)
         np.savez_compressed(path, **columns)  # type: ignore[arg-type]
+
+
+def _kinds(columns: dict[str, NDArray[np.generic]]) -> Kinds:
+    """Take the practised objects' shapes out of the columns of a file."""
+    names, classes = columns.pop("kind_names"), columns.pop("kind_classes")
+    shapes = columns.pop("kind_shapes").astype(np.float64)
+    return Kinds(tuple(map(str, names)), tuple(map(str, classes)), shapes)
 
 
 def _rows(columns: Mapping[str, NDArray[np.generic]], chosen: NDArray[np.bool_]) -> GraspSet:

@@ -8,10 +8,12 @@ second, and pass over objects without a reachable grasp for the task: the robot 
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_imitation.affordance import task_chances
 from intent_imitation.collision import Obstacle, clearances
 from intent_imitation.hypotheses import Hypotheses, HypothesisSource
 from intent_imitation.library import GraspLibrary
@@ -48,6 +50,10 @@ class PlannerConfig:
     """Exponent of the stability in the score; 0: p(t* | o, a) alone."""
     unshaken: int = 300
     """Number of grasps tried on the fly for an object without a library."""
+    library: str = ""
+    """File of preplanned grasps, which names the robot's hand; empty: the shipped Schunk hand's."""
+    network: str = ""
+    """File of BN^R; empty: the shipped one of the library's hand."""
 
     def __post_init__(self) -> None:
         for name in ("minimum_object", "minimum_grasp"):
@@ -90,13 +96,17 @@ class GraspPlanner:
 
         Args:
             database: objects that can be recognised.
-            config: thresholds.
-            model: BN^R; default: the shipped one of the library's hand.
-            library: preplanned grasps; default: the shipped ones of the Schunk hand.
+            config: thresholds, and the files of library and network.
+            model: BN^R; default: as configured.
+            library: preplanned grasps; default: as configured.
         """
         self._config = config or PlannerConfig()
-        library = library if library is not None else GraspLibrary.load()
-        self._model = model if model is not None else TaskModel.shipped(library.hand)
+        if library is None:
+            library = GraspLibrary.load(_file(self._config.library))
+        if model is None:
+            file = _file(self._config.network)
+            model = TaskModel.load(file) if file else TaskModel.shipped(library.hand)
+        self._model = model
         self._hand = GraspingHand.load(library.hand)
         self._source = HypothesisSource(database, library, self._hand, self._config.unshaken)
         self._objects: RecognizedObjects | None = None
@@ -185,11 +195,12 @@ class GraspPlanner:
         key = (model, object_class)
         if key not in self._chances:
             hypotheses = self._source.of(model, object_class)
-            tasks = len(self._model.tasks)
-            of_grasps = np.zeros((0, tasks))
+            of_grasps = np.zeros((0, len(self._model.tasks)))
+            kinds = self._source.kinds(model, object_class)
             if len(hypotheses.grasps) > 0:
-                of_grasps = self._model.posterior(hypotheses.features)
-            self._chances[key] = self._model.posterior(hypotheses.object_features)[0], of_grasps
+                of_grasps = task_chances(self._model, hypotheses.features, kinds)
+            of_object = task_chances(self._model, hypotheses.object_features, kinds)[0]
+            self._chances[key] = of_object, of_grasps
         return self._chances[key]
 
     def _fits_pose(self, index: int, task: str) -> bool:
@@ -269,6 +280,10 @@ class GraspPlanner:
             for k, row in enumerate(rows)
             if free[k]
         ]
+
+
+def _file(name: str) -> Path | None:
+    return Path(name) if name else None
 
 
 def with_hidden_classes(objects: RecognizedObjects) -> RecognizedObjects:

@@ -1,0 +1,61 @@
+"""Another robot hand is a description away: simulate, train, build a library, plan."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from intent_imitation import build_library
+from intent_imitation.planner import GraspPlanner, PlannerConfig
+from intent_inference import simulate, train
+from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_perception.geometry import make_pose
+from intent_perception.objects import ObjectDatabase
+from intent_perception.recognition import RecognizedObject, RecognizedObjects
+
+GRIPPER = Path(__file__).parent / "data" / "parallel_gripper" / "gripper.yaml"
+OBJECTS = ("glass_1", "screwdriver_1")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def planner(tmp_path_factory: pytest.TempPathFactory) -> GraspPlanner:
+    """Return a planner for a parallel gripper, made by the commands of the README."""
+    pytest.importorskip("pybullet")
+    folder = tmp_path_factory.mktemp("gripper")
+    table, network, library = (folder / name for name in ("d.csv.gz", "network.npz", "lib.npz"))
+    made = simulate.main(
+        ["--hand", str(GRIPPER), "--objects", ",".join(OBJECTS), "--out", str(table),
+         "--archive", str(folder / "raw"), "--per-object", "26", "--rounds", "12"]
+    )  # fmt: skip
+    assert made == 0
+    assert train.main(["--data", str(table), "--out", str(network)]) == 0
+    build_library.main(
+        ["--hand", str(GRIPPER), "--grasps", str(folder / "raw" / "gripper"), "--out", str(library)]
+    )
+    config = PlannerConfig(library=str(library), network=str(network))
+    return GraspPlanner(ObjectDatabase.load(), config)
+
+
+@pytest.mark.parametrize(("task", "chosen"), [("pouring", OBJECTS[0]), ("tool-use", OBJECTS[1])])
+def test_a_parallel_gripper_plans_for_the_object_that_fits_the_task(
+    planner: GraspPlanner, task: str, chosen: str
+) -> None:
+    database, items = ObjectDatabase.load(), []
+    for index, name in enumerate(OBJECTS):
+        pose = make_pose(np.eye(3), [0.35 * index, 0.0, 0.12]) @ database[name].stable_poses[0]
+        items.append(RecognizedObject(name, name, database[name].object_class, pose, 0.9, 0.9))
+    planner.start(RecognizedObjects(0, tuple(items), np.eye(4)))
+    plan = planner.plan(task)
+    assert (plan.hand, plan.joint_names) == ("gripper", ("left", "right"))
+    assert plan.grasps[0].object_id == chosen
+
+
+def test_the_pads_of_the_gripper_stay_parallel() -> None:
+    from intent_tracking.joint_table import link_poses
+
+    table = GraspingHand.load(GRIPPER).table
+    poses = link_poses(table, np.array([[-0.5, -0.5], [0.3, 0.1]]))
+    pads = [index for index, name in enumerate(table.link_names) if name.endswith("_pad")]
+    np.testing.assert_allclose(poses[:, pads, :3, :3] - np.eye(3), 0.0, atol=1e-12)
