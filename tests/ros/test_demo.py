@@ -1,0 +1,37 @@
+"""The demo of whole bags: the same depth stored in three ways gives the same result."""
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.ros.harness import shipped_bag
+
+from intent_perception.bags import transcode
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+FORMATS = ("16UC1", "32FC1", "compressedDepth")
+pytestmark = [pytest.mark.bags, pytest.mark.slow]
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
+    """What scripts/demo.sh wrote for each depth format of a shipped bag, the clock left out."""
+    folder, found = tmp_path_factory.mktemp("demo"), {}
+    for depth in FORMATS:
+        bag, out = folder / depth / "pour_bottle", folder / depth / "out"
+        transcode(shipped_bag("pour_bottle"), bag, depth)
+        command = ["bash", str(ROOT / "scripts/demo.sh"), str(bag), "--out", str(out)]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        found[depth] = json.loads((out / "result.json").read_text())
+        assert found[depth].pop("seconds") > 0
+    return found
+
+
+@pytest.mark.parametrize("other", FORMATS[1:])
+def test_a_whole_bag_gives_the_same_result_in_every_depth_format(
+    results: dict[str, dict[str, Any]], other: str
+) -> None:
+    assert results[FORMATS[0]]["posterior"]
+    assert results[other] == results[FORMATS[0]]
