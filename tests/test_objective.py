@@ -83,7 +83,7 @@ def test_published_cost_is_lowest_at_the_true_pose():
     hand = (depth < 1.0).astype(np.float32)
     seen = Labelled(
         np.where(depth < 1.0, depth, np.float32(1.4)), hand, np.zeros_like(hand),
-        np.ones_like(hand), ORIGIN, ORIGIN, STEP,
+        np.ones_like(hand), np.ones_like(hand), ORIGIN, ORIGIN, STEP,
     )  # fmt: skip
     rng = np.random.default_rng(3)
     states = np.repeat(state[None], 64, axis=0)

@@ -5,11 +5,12 @@ from intent_tracking.hand import LIMITS, HandModel
 from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
 from intent_tracking.normal_equations import linearize
 from intent_tracking.object_kernel import object_arrays
+from intent_tracking.posture import shipped_posture
 from intent_tracking.refinement import refine
 from intent_tracking.wrenches import WRENCH
 
 F = np.float32
-WEIGHTS = Weights(*map(F, (0.02, 0.0, 0.0, 2.0, 0.0, 1.0, 2e-4, 2e-4, 5e-4, 0.0)))
+WEIGHTS = Weights(*map(F, (0.02, 0.0, 0.0, 2.0, 0.0, 1.0, 2e-4, 2e-4, 5e-4, 0.0, 0.0)))
 NOTHING = np.zeros(0, F)
 
 
@@ -51,7 +52,15 @@ def observed(state, rotation, count=600):
 
 
 def prior_of(state, rotation):
-    return Prior(state.copy(), rotation.copy(), LIMITS.astype(F), NOTHING, NOTHING, NOTHING)
+    return Prior(
+        state.copy(),
+        rotation.copy(),
+        LIMITS.astype(F),
+        shipped_posture(),
+        NOTHING,
+        NOTHING,
+        NOTHING,
+    )
 
 
 def linearized(evidence, prior, state, rotation):

@@ -18,8 +18,8 @@ def _problem() -> tuple[Labelled, Single, Single]:
     hand = np.zeros((SIZE, SIZE), np.float32)
     hand[16:48, 16:48] = 1.0
     seen = Labelled(
-        depth, hand, np.zeros_like(hand), np.ones_like(hand), np.float32(-0.16), np.float32(-0.16),
-        np.float32(0.32 / SIZE),
+        depth, hand, np.zeros_like(hand), np.ones_like(hand), np.ones_like(hand),
+        np.float32(-0.16), np.float32(-0.16), np.float32(0.32 / SIZE),
     )  # fmt: skip
     rng = np.random.default_rng(0)
     states = np.zeros((PARTICLES, 26), np.float32)

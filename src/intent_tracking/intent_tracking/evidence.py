@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_tracking.hand_kernel import Single
+from intent_tracking.posture import Posture
 
 
 class Evidence(NamedTuple):
@@ -44,6 +45,8 @@ class Weights(NamedTuple):
     """Joint angles against their prediction."""
     dip: np.float32
     synergy: np.float32
+    posture: np.float32
+    """Squared Mahalanobis distance of the posture from the usual ones [m^2]."""
     hand_place: np.float32
     """Hand position against its prediction (no unit)."""
 
@@ -57,6 +60,7 @@ class Prior(NamedTuple):
     """(1 + K, 3, 3) predicted rotations."""
     limits: Single
     """(20, 2) [rad]."""
+    posture: Posture
     touch: Single
     """(K,) factor on the attraction of hidden fingers to each object."""
     place: Single

@@ -26,8 +26,9 @@ def finger_box(buffers, hand, finger, seen):  # type: ignore[no-untyped-def]
 
 @njit(**JIT)
 def finger_cost(  # type: ignore[no-untyped-def]
-    hand, buffers, objects, seen, rest, thing, own, state, rotations, finger, prior, pull, g
-):
+    hand, buffers, objects, seen, rest, thing, own, state, rotations, finger, prior, posture, pull,
+    unusual, g,
+):  # fmt: skip
     """Return the cost of one finger's pose relative to the scene without that finger.
 
     rest, thing (S, S): z-buffers of the hand without the finger and of all objects; own: work.
@@ -58,6 +59,11 @@ def finger_cost(  # type: ignore[no-untyped-def]
     if finger > 0:
         e = state[base + 3] - np.float32(0.667) * state[base + 2]
         total += pull * e * e
+    for n in range(20):
+        across = np.float32(0.0)
+        for m in range(20):
+            across += posture.precision[n, m] * (state[6 + m] - posture.mean[m])
+        total += unusual * across * (state[6 + n] - posture.mean[n])
     return total
 
 
@@ -100,7 +106,10 @@ def draw_trial(state, origin, limits, finger, trial, spread):  # type: ignore[no
 
 
 @njit(**JIT)
-def sweep_fingers(hand, objects, seen, state, rotations, prior, limits, trials, pull, spread, seed):  # type: ignore[no-untyped-def]
+def sweep_fingers(  # type: ignore[no-untyped-def]
+    hand, objects, seen, state, rotations, prior, posture, limits, trials, pull, unusual, spread,
+    seed,
+):  # fmt: skip
     """Improve the fingers of `state` in place, one after the other.
 
     Args:
@@ -110,9 +119,11 @@ def sweep_fingers(hand, objects, seen, state, rotations, prior, limits, trials, 
         state: (26 + 6 K,), fingers are overwritten where the cost falls.
         rotations: (1 + K, 3, 3).
         prior: (26 + 6 K,) predicted state.
+        posture: `Posture`.
         limits: (20, 2) [rad].
         trials: poses drawn per finger.
         pull: weight of the prior [1 / rad^2].
+        unusual: weight of the squared Mahalanobis distance from usual postures.
         spread: standard deviation of local trials [rad].
         seed: of the trials.
     """
@@ -133,13 +144,13 @@ def sweep_fingers(hand, objects, seen, state, rotations, prior, limits, trials, 
         trial_state[:] = state
         best = finger_cost(
             hand, buffers, objects, seen, rest, thing, own, trial_state, rotations, finger, prior,
-            pull, g,
+            posture, pull, unusual, g,
         )  # fmt: skip
         for trial in range(trials):
             draw_trial(trial_state, state, limits, finger, trial, spread)
             cost = finger_cost(
                 hand, buffers, objects, seen, rest, thing, own, trial_state, rotations, finger,
-                prior, pull, g,
+                prior, posture, pull, unusual, g,
             )  # fmt: skip
             if cost < best - np.float32(0.5):
                 best = cost

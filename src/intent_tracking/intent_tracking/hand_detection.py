@@ -51,6 +51,8 @@ class DetectionConfig:
     """How far that thing may reach away from the camera [m]."""
     least_area: float = 0.0015
     """Smallest visible surface of a hand [m^2]."""
+    step: float = 0.03
+    """Largest jump in depth from the hand to its arm [m]."""
     length: float = 0.20
     """Longest extent of a hand from its tip [m]; what is farther belongs to the arm."""
 
@@ -174,9 +176,10 @@ def _regions(
 ) -> tuple[HandRegion, ...]:
     """Return the hand part of a connected skin region: what is near its tip."""
     hand = points[:, piece]
-    depth = np.median(hand[2])
-    wide = cv2.dilate(piece.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
-    ring = wide & ~piece & body & (np.abs(points[2] - depth) < 0.15)
+    square = np.ones((9, 9), np.uint8)
+    wide = cv2.dilate(piece.astype(np.uint8), square) > 0
+    deepest = cv2.dilate(np.where(piece, points[2], np.float32(0.0)), square)
+    ring = wide & ~piece & body & (points[2] < deepest + config.step)  # no torso behind the hand
     centred = hand - hand.mean(axis=1, keepdims=True)
     axis: Array = np.linalg.svd(centred @ centred.T)[0][:, 0].astype(np.float64)
     if ring.sum() > 0.1 * (wide & ~piece).sum():

@@ -18,8 +18,10 @@ from intent_tracking.finger_sweep import sweep_fingers
 from intent_tracking.hand import LIMITS, HandModel, Side
 from intent_tracking.hand_detection import HandRegion
 from intent_tracking.hand_kernel import HandArrays, Single
+from intent_tracking.labelling import inner_pixels
 from intent_tracking.object_kernel import object_arrays
 from intent_tracking.objective import Labelled, rendered_cost
+from intent_tracking.posture import shipped_posture
 from intent_tracking.refinement import refine
 from intent_tracking.tile import Tile
 
@@ -52,6 +54,8 @@ class InitialisationConfig:
     """Trial poses per finger of every finalist."""
     sweep_spread: float = 0.4
     """Standard deviation of local trials [rad]."""
+    sweep_unusual: float = 1.0
+    """Weight of the posture prior in the sweep [pixels]."""
     points: int = 192
     coarse_scale: float = 0.025
     """Outlier scale of the first refinement [m]."""
@@ -110,7 +114,14 @@ def region_evidence(
     nothing = np.zeros(hand.shape, np.float32)
     valid = (~unknown & (tile.depth > 0.0)).astype(np.float32)
     seen = Labelled(
-        tile.depth, hand.astype(np.float32), nothing, valid, tile.u0, tile.v0, tile.step
+        tile.depth,
+        hand.astype(np.float32),
+        nothing,
+        valid,
+        inner_pixels(hand),
+        tile.u0,
+        tile.v0,
+        tile.step,
     )
     return evidence, seen
 
@@ -186,7 +197,9 @@ def _refine(
     prior_state[6:] = POSTURES[1]
     none = np.zeros(0, np.float32)
     limits = np.ascontiguousarray(LIMITS, dtype=np.float32)
-    prior = Prior(prior_state, np.eye(3, dtype=np.float32)[None], limits, none, none, none)
+    prior = Prior(
+        prior_state, np.eye(3, dtype=np.float32)[None], limits, shipped_posture(), none, none, none
+    )
     costs = np.zeros(len(values), np.float32)
     normals = np.zeros((len(values), 26, 26), np.float32)
     refine(
@@ -209,6 +222,7 @@ def _sweep(
 ) -> None:
     """Search every finger of one start in place."""
     sweep_fingers(
-        arrays, NO_OBJECTS, seen, values, rotations, values.copy(), LIMITS.astype(np.float32),
-        config.sweep_trials, np.float32(0.0), np.float32(config.sweep_spread), seed,
+        arrays, NO_OBJECTS, seen, values, rotations, values.copy(), shipped_posture(),
+        LIMITS.astype(np.float32), config.sweep_trials, np.float32(0.0),
+        np.float32(config.sweep_unusual), np.float32(config.sweep_spread), seed,
     )  # fmt: skip

@@ -158,11 +158,18 @@ def evidence_of(tile: Tile, pixels: Pixels, config: LabellingConfig) -> tuple[Ev
         hand.astype(np.float32),
         thing.astype(np.float32),
         valid,
+        inner_pixels(hand) * inner_pixels(thing),
         tile.u0,
         tile.v0,
         tile.step,
     )
     return evidence, seen
+
+
+def inner_pixels(mask: NDArray[np.bool_]) -> Single:
+    """Return 1 where the 3 x 3 pixels around are all in the mask (S, S) or all out of it."""
+    image, square = mask.astype(np.uint8), np.ones((3, 3), np.uint8)
+    return np.asarray(cv2.dilate(image, square) == cv2.erode(image, square), dtype=np.float32)
 
 
 def _cleaned(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:

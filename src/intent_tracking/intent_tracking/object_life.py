@@ -43,6 +43,10 @@ class ObjectLifeConfig:
     carried_turn: float = 0.02
     grip_rate: float = 0.1
     """Share by which the remembered grasp follows the present one in a frame."""
+    doubt_place: float = 0.004
+    """Distance between where an object is and where it may be that is worth a trial [m]."""
+    doubt_turn: float = 0.10
+    """Likewise [rad]."""
     unseen_frames: int = 15
     """Frames in which an object that should be seen is not, until it is lost."""
 
@@ -61,6 +65,8 @@ class ObjectLife:
     """Moves with the hand."""
     still: int = 0
     """Frames without motion."""
+    gap: float = 1.0
+    """Distance to the hand in the last frame [m]."""
     unseen: int = 0
     """Frames without support in the image."""
     grip: Array | None = None
@@ -75,6 +81,7 @@ class ObjectLife:
             now: (4, 4) present pose.
             config: thresholds.
         """
+        self.gap = gap
         offset = float(np.linalg.norm(now[:3, 3] - self.rest[:3, 3]))
         angle = float(rotation_angle(self.rest[:3, :3].T @ now[:3, :3]))
         if offset > config.moved or angle > config.turned:

@@ -44,6 +44,8 @@ class Labelled(NamedTuple):
     """(S, S) 1 where a tracked object is seen."""
     valid: Single
     """(S, S) 0 where nothing can be said: missing depth, forearm."""
+    sure: Single
+    """(S, S) 0 on the silhouettes' edges, whose width says nothing about the pose."""
     u0: np.float32
     v0: np.float32
     step: np.float32
@@ -159,7 +161,8 @@ def draw_objects(objects, state, rotations, seen, depth, work):  # type: ignore[
 def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-untyped-def]
     """Return (C + penetration, C per observed or drawn hand pixel) of one state.
 
-    The second is 1 where hardly a pixel can speak for or against the hand.
+    The second leaves out the silhouettes' edges, one pixel to each side, which would make a small
+    or distant hand look worse; it is 1 where hardly a pixel can speak for or against the hand.
     """
     size = seen.depth.shape[0]
     buffers = new_hand_buffers()
@@ -182,8 +185,8 @@ def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-unt
             )
             total += cost
             if hand_depth[row, j] < thing_depth[row, j] or seen.hand[row, j] > np.float32(0.0):
-                own += cost
-                area += seen.valid[row, j]
+                own += cost * seen.sure[row, j]
+                area += seen.valid[row, j] * seen.sure[row, j]
     gradient = np.empty(3, np.float32)
     inside = penetration(hand, buffers, objects, state, rotations, 0, 24, gradient)
     return total + PENETRATION_WEIGHT * inside, own / area if area > np.float32(

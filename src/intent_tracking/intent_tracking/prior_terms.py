@@ -27,8 +27,23 @@ def add_pair(normal, gradient, i, j, factor, state, w):  # type: ignore[no-untyp
 
 
 @njit(**JIT)
+def add_posture(normal, gradient, state, posture, w):  # type: ignore[no-untyped-def]
+    """Add w times the squared Mahalanobis distance of the joint angles; return its cost."""
+    cost = np.float32(0.0)
+    for n in range(20):
+        pull = np.float32(0.0)
+        for m in range(20):
+            pull += posture.precision[n, m] * (state[6 + m] - posture.mean[m])
+        for m in range(n + 1):
+            normal[6 + n, 6 + m] += w * posture.precision[n, m]
+        gradient[6 + n] -= w * pull
+        cost += w * pull * (state[6 + n] - posture.mean[n])
+    return cost
+
+
+@njit(**JIT)
 def add_priors(weights, prior, state, rotations, normal, gradient):  # type: ignore[no-untyped-def]
-    """Add limits, prediction, DIP coupling, synergy and object predictions; return their cost."""
+    """Add limits, prediction, couplings, posture and object predictions; return their cost."""
     cost = np.float32(0.0)
     zero, half = np.float32(0.0), np.float32(0.5)
     for n in range(20):
@@ -45,6 +60,7 @@ def add_priors(weights, prior, state, rotations, normal, gradient):  # type: ign
                 cost += add_pair(
                     normal, gradient, i, i - 4, np.float32(1.0), state, weights.synergy
                 )
+    cost += add_posture(normal, gradient, state, prior.posture, weights.posture)
     for i in range(3):
         cost += add_single(normal, gradient, i, state[i] - prior.state[i], weights.hand_place)
     for k in range(rotations.shape[0] - 1):

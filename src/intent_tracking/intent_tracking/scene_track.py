@@ -30,6 +30,7 @@ from intent_tracking.labelling import (
 )
 from intent_tracking.object_kernel import ObjectArrays, ObjectGeometry, object_arrays
 from intent_tracking.objective import Labelled, draw_objects, forth_costs, rendered_cost
+from intent_tracking.posture import shipped_posture, surprise
 from intent_tracking.pso import minimise
 from intent_tracking.raster import FAR
 from intent_tracking.refinement import refine
@@ -146,7 +147,7 @@ class SceneTrack:
         """Return the best state of hand and active objects near a guess."""
         config = self.config
         start = guess.chosen(active)
-        prior = Prior(start.values, start.rotations, SINGLE_LIMITS, *ties)
+        prior = Prior(start.values, start.rotations, SINGLE_LIMITS, shipped_posture(), *ties)
         rng = np.random.default_rng([seed, 7])
         if config.swarm_only:
             found = self._swarmed(
@@ -179,8 +180,8 @@ class SceneTrack:
         swept = best.state.copy()
         sweep_fingers(
             self.arrays, objects, view.seen, swept.values, swept.rotations, prior.state,
-            SINGLE_LIMITS, config.sweep_trials, np.float32(config.sweep_pull),
-            np.float32(config.sweep_spread), seed,
+            prior.posture, SINGLE_LIMITS, config.sweep_trials, np.float32(config.sweep_pull),
+            np.float32(config.sweep_unusual), np.float32(config.sweep_spread), seed,
         )  # fmt: skip
         if np.array_equal(swept.values, best.state.values):
             return best
@@ -188,6 +189,16 @@ class SceneTrack:
         polished = self._refined(swept, view, prior, objects, config.polish_iterations)
         total, cost = self._rendered(swept, view, objects)
         return min(best, polished, Fit(swept, best.normal, cost, total), key=lambda fit: fit.total)
+
+    def reconsidered(
+        self, view: View, fit: Fit, row: int, pose: Array, active: list[int], ties: Ties
+    ) -> Fit:
+        """Return the fit with one active object begun anew from a pose (4, 4), if better."""
+        start = fit.state.with_object(row, pose)
+        prior = Prior(start.values, start.rotations, SINGLE_LIMITS, shipped_posture(), *ties)
+        steps = self.config.polish_iterations
+        rival = self._refined(start, view, prior, self.objects(active), steps)
+        return rival if rival.total < fit.total - self.config.clear_gain else fit
 
     def _swarmed(
         self,
@@ -245,7 +256,14 @@ class SceneTrack:
         if chosen:
             part, objects = state.chosen(chosen), self.objects(chosen)
             seen = Labelled(
-                tile.depth, tile.depth, tile.depth, tile.depth, tile.u0, tile.v0, tile.step
+                tile.depth,
+                tile.depth,
+                tile.depth,
+                tile.depth,
+                tile.depth,
+                tile.u0,
+                tile.v0,
+                tile.step,
             )
             work = np.empty((len(objects.vertices), 3), np.float32)
             draw_objects(objects, part.values, part.rotations, seen, depth, work)
@@ -267,15 +285,16 @@ class SceneTrack:
 
     def _rendered(self, state: BodyState, view: View, objects: ObjectArrays) -> tuple[float, float]:
         total, cost = rendered_cost(self.arrays, objects, view.seen, state.values, state.rotations)
-        return float(total), float(cost)
+        unusual = self.config.sweep_unusual * surprise(shipped_posture(), state.values[6:HAND_SIZE])
+        return float(total) + unusual, float(cost)
 
 
 def coarser(seen: Labelled, size: int) -> Labelled:
     """Return a labelled tile of fewer pixels: every n-th row and column."""
     stride = len(seen.depth) // size
-    depth, hand, thing, valid = (
+    depth, hand, thing, valid, sure = (
         np.ascontiguousarray(image[::stride, ::stride])
-        for image in (seen.depth, seen.hand, seen.thing, seen.valid)
+        for image in (seen.depth, seen.hand, seen.thing, seen.valid, seen.sure)
     )
     step = np.float32(seen.step * stride)
-    return Labelled(depth, hand, thing, valid, seen.u0, seen.v0, step)
+    return Labelled(depth, hand, thing, valid, sure, seen.u0, seen.v0, step)

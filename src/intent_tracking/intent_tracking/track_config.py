@@ -35,6 +35,10 @@ class TrackConfig:
     """Standard deviation of local trials [rad]."""
     sweep_pull: float = 4.0
     """Weight of the prediction in the sweep [pixels / rad^2]."""
+    clear_gain: float = 12.0
+    """Pixels that a second opinion on an object's pose must explain better."""
+    sweep_unusual: float = 1.0
+    """Weight of the posture prior in the sweep, per squared Mahalanobis distance [pixels]."""
     swarm_particles: int = 32
     """Particles of the swarm, 0 = no swarm."""
     swarm_generations: int = 10
@@ -57,6 +61,7 @@ class TrackConfig:
     weight_angle: float = 2e-4
     weight_dip: float = 2e-4
     weight_synergy: float = 5e-4
+    weight_posture: float = 1.5e-5
     weight_hand_place: float = 0.0
     labelling: LabellingConfig = field(default_factory=LabellingConfig)
 
@@ -79,6 +84,7 @@ class TrackConfig:
             self.weight_angle,
             self.weight_dip,
             self.weight_synergy,
+            self.weight_posture,
             self.weight_hand_place,
         )
         return Weights(*(np.float32(value) for value in values))

@@ -18,17 +18,19 @@ from intent_tracking.hand_detection import (
     find_hand,
     hand_pixels,
 )
-from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand
+from intent_tracking.hand_kernel import hand_arrays, hand_buffers
+from intent_tracking.hand_shape import HandShapeEstimate
+from intent_tracking.held_objects import expected, note_objects, reconsidered, ties_of
 from intent_tracking.initialisation import (
     Candidate,
     candidates,
     region_evidence,
 )
-from intent_tracking.labelling import OF_HAND, OF_OBJECT
+from intent_tracking.labelling import OF_HAND
 from intent_tracking.object_kernel import geometry_of
-from intent_tracking.object_life import ObjectLife, hand_gap
+from intent_tracking.object_life import ObjectLife
 from intent_tracking.scene import HAND_SIZE, SceneState
-from intent_tracking.scene_track import Fit, PackedObjects, SceneTrack, Ties, View
+from intent_tracking.scene_track import Fit, PackedObjects, SceneTrack, View
 from intent_tracking.tile import covering_square, cut_tile
 from intent_tracking.tracker_config import TrackerConfig
 from intent_tracking.uncertainty import state_deviation
@@ -60,9 +62,10 @@ class Tracker:
         self.config = config or TrackerConfig()
         self._track_config = replace(self.config.track, swarm_only=self.config.method == "pso")
         self._models = models
+        self._shape = HandShapeEstimate(self.config.shape)
+        sides: tuple[Side, Side] = ("right", "left")
         self._hands: dict[Side, HandModel] = {
-            "right": HandModel("right"),
-            "left": HandModel("left"),
+            side: HandModel.from_shape(side, self._shape.shape) for side in sides
         }
         self._objects: RecognizedObjects | None = None
 
@@ -126,16 +129,32 @@ class Tracker:
     def _follow(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
         """Fit one hypothesis to a frame and bring its record up to date."""
         track = hypothesis.track
-        guess = self._carried(hypothesis, track.predict())
+        guess = expected(track.predict(), hypothesis.lives)
         active = [k for k, life in enumerate(hypothesis.lives) if life.active]
         view = track.view(frame, guess, active, self._appearance, self._table)
-        ties = self._ties(hypothesis.lives, active)
+        life = self.config.life
+        ties = ties_of(hypothesis.lives, active, life)
         fit = track.fit(view, guess, active, ties, self._frames + 1000 * self.config.seed)
+        fit = reconsidered(track, hypothesis.lives, view, fit, active, life)
         track.accept(guess, active, fit)
         self._note(hypothesis, view, fit, active)
         due = hypothesis is self._hypotheses[0] and self._frames % self.config.learn_period == 0
         if due and hypothesis.mean_cost < self.config.doubt_cost:
             track.learn(view, active, self._appearance)
+        self._calibrate(hypothesis, view)
+
+    def _calibrate(self, hypothesis: Hypothesis, view: View) -> None:
+        """Let a well-fitted frame speak for the shape of the hand."""
+        config, track = self.config, hypothesis.track
+        worst = max(hypothesis.mean_cost, track.cost)
+        if len(self._hypotheses) > 1 or hypothesis.age < config.shape.first:
+            return
+        if worst < config.good_cost and self._shape.learn(
+            track.hand, track.arrays, view.evidence, config.track.weights, track.state
+        ):
+            shape = self._shape.shape
+            self._hands = {side: HandModel.from_shape(side, shape) for side in self._hands}
+            track.set_hand(self._hands[track.hand.side])
 
     def _note(self, hypothesis: Hypothesis, view: View, fit: Fit, active: list[int]) -> None:
         track = hypothesis.track
@@ -146,29 +165,7 @@ class Tracker:
         hypothesis.age += 1
         rate = max(0.25, 1.0 / hypothesis.age)
         hypothesis.mean_cost += rate * (fit.cost - hypothesis.mean_cost)
-        place_hand(track.arrays, track.state.values, track.state.rotations[0], self._buffers)
-        for k, life in enumerate(hypothesis.lives):
-            now = track.state.pose(1 + k)
-            gap = hand_gap(self._buffers, track.arrays.radii, self._packed([k]), now)
-            life.update(gap, track.before.pose(1 + k), now, self.config.life)
-            if k in active:
-                seen = int((view.pixels.label == OF_OBJECT + active.index(k)).sum())
-                life.unseen = life.unseen + 1 if seen < 12 else 0
-                life.hold(inverse(track.state.pose(0)) @ now, seen > 60, self.config.life)
-
-    def _carried(self, hypothesis: Hypothesis, guess: BodyState) -> BodyState:
-        """Return a prediction in which rested objects rest and carried ones follow the hand."""
-        for k, life in enumerate(hypothesis.lives):
-            if not life.taken:
-                guess = guess.with_object(k, life.rest)
-            elif life.grip is not None:
-                guess = guess.with_object(k, guess.pose(0) @ life.grip)
-        return guess
-
-    def _ties(self, lives: list[ObjectLife], active: list[int]) -> Ties:
-        values = np.array([lives[k].ties(self.config.life) for k in active], np.float32)
-        touch, place, turn = values.reshape(-1, 3).T
-        return Ties(touch.copy(), place.copy(), turn.copy())
+        note_objects(track, hypothesis.lives, view, active, self.config.life, self._buffers)
 
     def _alive(self, hypothesis: Hypothesis) -> bool:
         """Return whether a hypothesis still follows a hand; keep its objects if it does not."""
@@ -246,7 +243,7 @@ class Tracker:
             rival.lives = leader.lives
             active = list(leader.active)
             view = rival.track.view(frame, state, active, self._appearance, self._table)
-            ties = self._ties(leader.lives, active)
+            ties = ties_of(leader.lives, active, self.config.life)
             fit = rival.track.fit(view, state, active, ties, self._frames)
             if fit.cost < self.config.better * leader.track.cost:
                 rival.track.accept(state, active, fit)

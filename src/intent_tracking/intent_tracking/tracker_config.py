@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from intent_tracking.hand_detection import DetectionConfig
+from intent_tracking.hand_shape import HandShapeConfig
 from intent_tracking.initialisation import InitialisationConfig
 from intent_tracking.object_life import ObjectLifeConfig
 from intent_tracking.track_config import TrackConfig
@@ -57,6 +58,7 @@ class TrackerConfig:
     detection: DetectionConfig = field(default_factory=DetectionConfig)
     initialisation: InitialisationConfig = field(default_factory=InitialisationConfig)
     life: ObjectLifeConfig = field(default_factory=ObjectLifeConfig)
+    shape: HandShapeConfig = field(default_factory=HandShapeConfig)
 
     def __post_init__(self) -> None:
         if self.method not in ("hybrid", "pso"):

@@ -26,6 +26,9 @@ _BACK = np.array([-0.8, 0.05, -0.6]) / np.linalg.norm([-0.8, 0.05, -0.6])
 _SKIN, _BACKGROUND = np.array([205.0, 150.0, 125.0]), np.array([105.0, 110.0, 120.0])
 _OPEN = np.radians([25, 0, 5, 5, 6, 8, 8, 6, 1, 8, 8, 6, -3, 8, 8, 6, -8, 8, 8, 6])
 
+_OPPOSED = np.radians([[turn, back, 5, 5] for turn in (-5, 5, 15, 25) for back in (-35, -45)])
+"""Postures of the thumb (8, 4) against the fingers, before it closes [rad]."""
+
 
 @dataclass(frozen=True, eq=False)
 class ViewFrame:
@@ -60,7 +63,7 @@ def pour_sequence(view: float, hand: HandModel, distance: SignedDistance) -> lis
     y = -(up - z * (up @ z))
     y /= np.linalg.norm(y)
     R_hand = np.stack([np.cross(y, z), y, z], axis=1)
-    grasp = _CENTER + _BACK * 0.045 - R_hand @ np.array([0.085, 0.0, 0.015])
+    grasp = _touching_palm(hand, R_hand, R_object, distance)
     closed = _closed_fingers(hand, R_hand, grasp, R_object, distance)
     turned = rotation_from_vector([0.0, -np.radians(view), 0.0])
     frames = []
@@ -78,7 +81,7 @@ def _moment(
     """Return hand position, rotation, joints, object position and rotation at time i."""
     reach, lift = _ramp(i / 35), _ramp((i - 65) / 30)
     tilt, release = _ramp((i - 95) / 22), _ramp((i - 128) / 14)
-    close = np.repeat([_ramp((i - 25 - 3 * finger) / 18) for finger in range(5)], 4)
+    close = np.repeat([_ramp((i - 25 - 3 * finger) / 14) for finger in range(5)], 4)
     wave = 0.06 * np.sin(i * 0.45 + np.arange(20) * 1.3) * (1 - reach)
     joints = _OPEN + (closed - _OPEN) * close * (1 - release) + wave
     joints = np.clip(joints, LIMITS[:, 0] + 0.01, LIMITS[:, 1] - 0.01)
@@ -88,7 +91,7 @@ def _moment(
         @ rotation_from_vector([0, -0.35 * lift, 0])
         @ rotation_from_vector([0, 0, 0.8 * tilt])
     )
-    moved = np.array([0.09, -0.10, -0.06]) * lift + np.array([-0.06, -0.02, 0.03]) * tilt
+    moved = np.array([0.075, -0.085, -0.05]) * lift + np.array([-0.06, -0.02, 0.03]) * tilt
     approach = rotation_from_vector(np.array([0.2, -0.5, -0.3]) * (1 - reach))
     position = carried @ (grasp + away - _CENTER) + _CENTER + moved
     return position, carried @ approach @ R_hand, joints, _CENTER + moved, carried @ R_object
@@ -96,6 +99,23 @@ def _moment(
 
 def _ramp(x: float) -> float:
     return float(0.5 - 0.5 * np.cos(np.pi * np.clip(x, 0.0, 1.0)))
+
+
+def _touching_palm(
+    hand: HandModel, R_hand: Array, R_object: Array, distance: SignedDistance
+) -> Array:
+    """Return the wrist position (3,) at which palm and thumb's base just touch the object."""
+    ends, radii = hand.capsules(_OPEN)
+    points = ends[:, :1] + (ends[:, 1:] - ends[:, :1]) * np.linspace(0.0, 1.0, 6)[:, None]
+    palm = [0, *range(15, 24)]  # the thumb's metacarpal and what does not move
+    local, radii = points[palm] @ R_hand.T, radii[palm, None]
+    wrist = _CENTER + _BACK * 0.045 - R_hand @ np.array([0.085, 0.0, 0.015])
+    while True:
+        placed = (local + wrist - _CENTER) @ R_object
+        gap = distance.distance(placed.reshape(-1, 3)).reshape(placed.shape[:2])
+        if float((gap - radii).min()) > -0.001:
+            return np.asarray(wrist)
+        wrist = wrist + 0.0005 * _BACK
 
 
 def _closed_fingers(
@@ -113,13 +133,16 @@ def _closed_fingers(
         return float((gap - radii[3 * finger + first : 3 * finger + 3, None]).min())
 
     joints = _OPEN.copy()
+    joints[:4] = max(_OPPOSED, key=lambda thumb: clearance(np.r_[thumb, joints[4:]], 0, 0))
     for finger in range(5):
-        for level in range(1, 4):
-            n = 4 * finger + level
-            while joints[n] + 0.03 < 0.95 * LIMITS[n, 1]:
-                joints[n] += 0.03
-                if clearance(joints, finger, level - 1) < -0.0015:
-                    joints[n] -= 0.03
+        for first in (1, 2):  # all joints together, then those beyond what has touched
+            levels = slice(4 * finger + first, 4 * finger + 4)
+            reach = 0.95 * LIMITS[levels, 1] - joints[levels]
+            start = joints[levels].copy()
+            for share in np.arange(0.02, 1.0, 0.02):
+                joints[levels] = start + share * reach
+                if clearance(joints, finger, first - 1) < -0.0015:
+                    joints[levels] = start + (share - 0.02) * reach
                     break
     return joints
 
