@@ -14,7 +14,7 @@ import pybullet
 
 from intent_imitation.motions import MotionConfig, Stage, interpolate, stages
 from intent_imitation.plan import Array, GraspCandidate
-from intent_inference.simulation.contacts import Contacts
+from intent_inference.simulation.contacts import PAD, Contacts
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.urdf import urdf_text
 from intent_perception.geometry import (
@@ -37,8 +37,12 @@ class ExecutionConfig:
     """Iterations of the constraint solver per step."""
     friction: float = 0.8
     """Coulomb coefficient between hand and object, as in the shake test."""
-    squeeze: float = 0.15
+    squeeze: float = 0.04
     """The fingers' targets lie this far beyond the planned contact [rad]."""
+    stiffness: float = 0.4
+    """Share of a joint's error that its motor would remove in one step, torque permitting."""
+    direct: bool = True
+    """Solve each step's contacts exactly (Dantzig's pivoting) instead of by iterations."""
     wrist_force: float = 400.0
     """Largest force of the wrist [N]."""
     drift: float = 0.03
@@ -120,6 +124,12 @@ class World:
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=1.0 / self._config.rate,
             numSolverIterations=self._config.iterations,
+            constraintSolverType=(
+                pybullet.CONSTRAINT_SOLVER_LCP_DANTZIG
+                if self._config.direct
+                else pybullet.CONSTRAINT_SOLVER_LCP_SI
+            ),
+            globalCFM=1e-6,
             physicsClientId=client,
         )
         plate = pybullet.createCollisionShape(
@@ -144,7 +154,7 @@ class World:
                 self._body,
                 link,
                 lateralFriction=self._config.friction,
-                spinningFriction=0.002,
+                spinningFriction=PAD,
                 physicsClientId=client,
             )
         self._driven = [k - 1 for k, driver in enumerate(self._hand.table.drivers) if driver >= 0]
@@ -160,9 +170,13 @@ class World:
         body = pybullet.createMultiBody(
             model.mass,
             shape,
-            basePosition=(pose[:3, :3] @ center + pose[:3, 3]).tolist(),
-            baseOrientation=quaternion_from_rotation(pose[:3, :3]).tolist(),
             baseInertialFramePosition=center.tolist(),
+            physicsClientId=client,
+        )
+        pybullet.resetBasePositionAndOrientation(  # places the centre of mass
+            body,
+            (pose[:3, :3] @ center + pose[:3, 3]).tolist(),
+            quaternion_from_rotation(pose[:3, :3]).tolist(),
             physicsClientId=client,
         )
         edges = model.size**2
@@ -188,6 +202,7 @@ class World:
         squeezed = np.clip(
             grasp.grasp_joints + self._config.squeeze * closing, limits[:, 0], limits[:, 1]
         )
+        self._effort = self._hand.effort * grip_of(self._hand, grasp.pregrasp_joints)
         self._place_hand(plan[0].T_table_hand, grasp.pregrasp_joints)
         snapshots, T_object_hand, joints = [], np.eye(4), grasp.grasp_joints
         contacts = self._contacts(target)
@@ -244,8 +259,8 @@ class World:
             self._driven,
             pybullet.POSITION_CONTROL,
             targetPositions=self._angles(joints),
-            forces=[float(self._hand.effort[driver]) for driver in drivers],
-            positionGains=[0.15] * len(drivers),
+            forces=[float(self._effort[driver]) for driver in drivers],
+            positionGains=[self._config.stiffness] * len(drivers),
             velocityGains=[0.6] * len(drivers),
             physicsClientId=self._client,
         )
@@ -313,6 +328,12 @@ class World:
             np.array([contact[3] + 1 for contact in found], dtype=np.int64),
             np.array([contact[9] for contact in found], dtype=np.float64),
         )
+
+
+def grip_of(hand: GraspingHand, pregrasp_joints: Array) -> Array:
+    """Return the share (J,) of the torque limits that the pre-shape of an open posture uses."""
+    gaps = [float(np.abs(shape.open - pregrasp_joints).max()) for shape in hand.preshapes]
+    return hand.grips[hand.preshapes[int(np.argmin(gaps))].name]
 
 
 def compound_obj(model: ObjectModel) -> str:
