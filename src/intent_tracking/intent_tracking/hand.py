@@ -43,6 +43,9 @@ LIMITS: Array = np.radians(
 )
 """(20, 2) lower and upper angle of each joint [rad]."""
 
+FITTED_LIMITS: Array = LIMITS + np.radians([[-15, 15]] * 2 + [[0, 0]] * 18)
+"""(20, 2) angles that the tracker may use: the axes of people's thumbs differ by so much [rad]."""
+
 T_WRIST_GRASPIT: Array = np.array(
     [
         [-1.0, 0.0, 0.0, -0.04200],

@@ -15,7 +15,7 @@ from intent_perception.geometry import Array, rotation_between, rotation_from_ve
 from intent_tracking.body_state import BodyState
 from intent_tracking.evidence import Evidence, Prior, Weights
 from intent_tracking.finger_sweep import sweep_fingers
-from intent_tracking.hand import LIMITS, HandModel, Side
+from intent_tracking.hand import FITTED_LIMITS, HandModel, Side
 from intent_tracking.hand_detection import HandRegion
 from intent_tracking.hand_kernel import HandArrays, Single
 from intent_tracking.labelling import inner_pixels
@@ -170,19 +170,22 @@ def _starts(
     region: HandRegion, model: HandModel, config: InitialisationConfig, rng: np.random.Generator
 ) -> tuple[Single, Single]:
     """Return start states (B, 26) and rotations (B, 1, 3, 3)."""
-    values, rotations = [], []
     along = rotation_between([1.0, 0.0, 0.0], region.direction)
     behind = np.array([0.0, 0.0, 0.01])  # the points lie on the side that the camera sees
-    for posture in POSTURES:
-        middle = model.joint_positions(posture).mean(axis=0)
-        for turn in range(config.turns):
-            angle = 2.0 * np.pi * (turn + rng.uniform(-0.3, 0.3)) / config.turns
-            tilt = rotation_from_vector(rng.normal(0.0, 0.2, 3))
-            rotation = tilt @ along @ rotation_from_vector([angle, 0.0, 0.0])
-            wrist = region.center + behind - rotation @ middle
-            values.append([*wrist, 0.0, 0.0, 0.0, *posture])
-            rotations.append(rotation[None])
-    return np.array(values, dtype=np.float32), np.array(rotations, dtype=np.float32)
+    shape = (len(POSTURES), config.turns)
+    turns = np.arange(config.turns) + rng.uniform(-0.3, 0.3, shape)
+    about = np.zeros((*shape, 3))
+    about[..., 0] = 2.0 * np.pi / config.turns * turns
+    tilt = rotation_from_vector(rng.normal(0.0, 0.2, (*shape, 3)))
+    rotations = tilt @ along @ rotation_from_vector(about)
+    middle = model.joint_positions(POSTURES).mean(axis=1)
+    wrist = region.center + behind - np.einsum("ptij,pj->pti", rotations, middle)
+    postures = np.broadcast_to(POSTURES[:, None], (*shape, 20))
+    values = np.concatenate([wrist, np.zeros((*shape, 3)), postures], axis=2)
+    return (
+        values.reshape(-1, 26).astype(np.float32),
+        rotations.reshape(-1, 1, 3, 3).astype(np.float32),
+    )
 
 
 def _refine(
@@ -196,7 +199,7 @@ def _refine(
     prior_state = np.zeros(26, np.float32)
     prior_state[6:] = POSTURES[1]
     none = np.zeros(0, np.float32)
-    limits = np.ascontiguousarray(LIMITS, dtype=np.float32)
+    limits = np.ascontiguousarray(FITTED_LIMITS, dtype=np.float32)
     prior = Prior(
         prior_state, np.eye(3, dtype=np.float32)[None], limits, shipped_posture(), none, none, none
     )
@@ -223,6 +226,6 @@ def _sweep(
     """Search every finger of one start in place."""
     sweep_fingers(
         arrays, NO_OBJECTS, seen, values, rotations, values.copy(), shipped_posture(),
-        LIMITS.astype(np.float32), config.sweep_trials, np.float32(0.0),
+        FITTED_LIMITS.astype(np.float32), config.sweep_trials, np.float32(0.0),
         np.float32(config.sweep_unusual), np.float32(config.sweep_spread), seed,
     )  # fmt: skip

@@ -11,15 +11,15 @@ from intent_tracking.appearance import HAND, AppearanceModel
 from intent_tracking.body_state import BodyState, predicted
 from intent_tracking.evidence import Evidence, Prior
 from intent_tracking.finger_sweep import sweep_fingers
-from intent_tracking.hand import LIMITS, HandModel
+from intent_tracking.hand import FITTED_LIMITS, HandModel
 from intent_tracking.hand_kernel import (
     HandArrays,
     Single,
-    hand_arrays,
     hand_buffers,
     place_hand,
     turn,
 )
+from intent_tracking.hand_shape import shaped_hand
 from intent_tracking.labelling import (
     OF_HAND,
     OF_OBJECT,
@@ -40,7 +40,7 @@ from intent_tracking.track_config import TrackConfig
 
 __all__ = ["Fit", "PackedObjects", "SceneTrack", "Ties", "TrackConfig", "View", "coarser"]
 
-SINGLE_LIMITS = np.ascontiguousarray(LIMITS, dtype=np.float32)
+SINGLE_LIMITS = np.ascontiguousarray(FITTED_LIMITS, dtype=np.float32)
 
 
 class Ties(NamedTuple):
@@ -105,12 +105,13 @@ class SceneTrack:
     def set_hand(self, hand: HandModel) -> None:
         """Use another hand shape from now on."""
         self.hand = hand
-        self.arrays: HandArrays = hand_arrays(hand)
+        self.arrays: HandArrays = shaped_hand(hand.side, hand.shape)
 
     def predict(self) -> BodyState:
         """Return the state expected in the next frame."""
         guess = predicted(self.before, self.state, self.config.damping)
-        np.clip(guess.values[6:26], LIMITS[:, 0], LIMITS[:, 1], out=guess.values[6:26])
+        low, high = SINGLE_LIMITS.T
+        np.clip(guess.values[6:26], low, high, out=guess.values[6:26])
         return guess
 
     def view(
@@ -155,26 +156,38 @@ class SceneTrack:
             )
             return self._refined(found, view, prior, self.objects(active), 0)
         best = self._descended(start, view, prior, active, seed)
-        if config.swarm_particles and best.cost > config.swarm_cost:
-            found = self._swarmed(
-                best.state,
-                view,
-                active,
-                config.swarm_particles,
-                config.swarm_generations,
-                False,
-                rng,
-            )
-            rival = self._descended(found, view, prior, active, seed + 1)
-            best = min(best, rival, key=lambda fit: fit.total)
+        if best.cost > config.swarm_cost:
+            rivals = [self._slid(best, view, prior, active)]
+            if config.swarm_particles:
+                sizes = config.swarm_particles, config.swarm_generations
+                rivals.append(self._swarmed(best.state, view, active, *sizes, False, rng))
+            for number, rival in enumerate(rivals):
+                other = self._descended(rival, view, prior, active, seed + 1 + number)
+                best = min(best, other, key=lambda fit: fit.total)
         return best
+
+    def _slid(self, fit: Fit, view: View, prior: Prior, active: list[int]) -> BodyState:
+        """Return the best of some fits begun farther back or ahead along the hand.
+
+        Seen edge-on and with the arm in a sleeve, that is where its place is least certain.
+        """
+        config, objects = self.config, self.objects(active)
+        found = []
+        for slide in config.slides:
+            start = fit.state.copy()
+            start.values[:3] += np.float32(slide) * start.rotations[0, :, 0]
+            near = self._refined(start, view, prior, objects, config.iterations, config.scale)
+            found.append(self._refined(near.state, view, prior, objects, config.polish_iterations))
+        return min(found, key=lambda fit: fit.total).state
 
     def _descended(
         self, start: BodyState, view: View, prior: Prior, active: list[int], seed: int
     ) -> Fit:
         """Return a start refined on points, swept finger by finger, and refined again."""
         config, objects = self.config, self.objects(active)
-        best = self._refined(start, view, prior, objects, config.iterations)
+        best = self._refined(start, view, prior, objects, config.iterations, config.scale)
+        fine = self._refined(best.state, view, prior, objects, config.polish_iterations)
+        best = min(best, fine, key=lambda fit: fit.total)
         if config.sweep_trials == 0:
             return best
         swept = best.state.copy()
@@ -270,14 +283,24 @@ class SceneTrack:
         return depth
 
     def _refined(
-        self, start: BodyState, view: View, prior: Prior, objects: ObjectArrays, iterations: int
+        self,
+        start: BodyState,
+        view: View,
+        prior: Prior,
+        objects: ObjectArrays,
+        iterations: int,
+        scale: float | None = None,
     ) -> Fit:
+        """Return a start refined on points, by default with the narrow outlier scale."""
+        weights = self.config.weights
+        if scale is None:
+            scale = self.config.fine_scale
         values, rotations = start.values[None].copy(), start.rotations[None].copy()
         costs = np.zeros(1, np.float32)
         normals = np.zeros((1, len(start.values), len(start.values)), np.float32)
         refine(
-            self.arrays, objects, view.evidence, self.config.weights, prior, values, rotations,
-            iterations, costs, normals,
+            self.arrays, objects, view.evidence, weights._replace(scale=np.float32(scale)), prior,
+            values, rotations, iterations, costs, normals,
         )  # fmt: skip
         state = BodyState(values[0], rotations[0])
         total, cost = self._rendered(state, view, objects)

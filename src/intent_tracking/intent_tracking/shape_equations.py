@@ -33,6 +33,8 @@ class ShapeDirections(NamedTuple):
     """(22, 24, 2, 3) [m]."""
     radii: Single
     """(22, 24) [m]."""
+    tips: Single
+    """(22, 5, 3) [m]."""
 
 
 @njit(**JIT)
@@ -144,7 +146,7 @@ def shape_equations(  # type: ignore[no-untyped-def]
     for k in range(22):
         change = HandArrays(
             hand.rotations, directions.translations[k], directions.ends[k], directions.radii[k],
-            hand.tips,
+            directions.tips[k],
         )  # fmt: skip
         place_hand(change, local, rotation, moved)
         slopes[k] = moved.ends

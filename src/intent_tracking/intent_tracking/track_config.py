@@ -39,6 +39,8 @@ class TrackConfig:
     """Pixels that a second opinion on an object's pose must explain better."""
     sweep_unusual: float = 1.0
     """Weight of the posture prior in the sweep, per squared Mahalanobis distance [pixels]."""
+    slides: tuple[float, ...] = (-0.03, -0.015, 0.015)
+    """Offsets along a hand that fits badly from which it is fitted again [m]."""
     swarm_particles: int = 32
     """Particles of the swarm, 0 = no swarm."""
     swarm_generations: int = 10
@@ -54,6 +56,8 @@ class TrackConfig:
     """Spread of its joint angles [rad]."""
     scale: float = 0.008
     """Residual beyond which a point counts as an outlier [m]."""
+    fine_scale: float = 0.004
+    """The same once the fit is near: parts that are shaped differently must not pull [m]."""
     weight_silhouette: float = 1.0
     weight_front: float = 1.0
     weight_penetration: float = 2.0

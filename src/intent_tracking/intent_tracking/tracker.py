@@ -18,8 +18,8 @@ from intent_tracking.hand_detection import (
     find_hand,
     hand_pixels,
 )
-from intent_tracking.hand_kernel import hand_arrays, hand_buffers
-from intent_tracking.hand_shape import HandShapeEstimate
+from intent_tracking.hand_kernel import hand_buffers
+from intent_tracking.hand_shape import HandShapeEstimate, shaped_hand
 from intent_tracking.held_objects import expected, note_objects, reconsidered, ties_of
 from intent_tracking.initialisation import (
     Candidate,
@@ -261,7 +261,9 @@ class Tracker:
         everything = list(range(len(self._packed.geometries)))
         depth = self._scenery.drawn(everything, state, tile)
         found: list[Candidate] = []
-        hands = {side: (self._hands[side], hand_arrays(self._hands[side])) for side in sides}
+        hands = {
+            side: (self._hands[side], shaped_hand(side, self._hands[side].shape)) for side in sides
+        }
         rng = np.random.default_rng([config.seed, self._frames])
         moves = self._table is not None and self._frames >= config.still_frames
         still = self._still if moves else None
