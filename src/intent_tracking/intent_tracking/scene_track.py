@@ -156,29 +156,32 @@ class SceneTrack:
             )
             return self._refined(found, view, prior, self.objects(active), 0)
         best = self._descended(start, view, prior, active, seed)
-        if best.cost > config.swarm_cost:
-            rivals = [self._slid(best, view, prior, active)]
-            if config.swarm_particles:
-                sizes = config.swarm_particles, config.swarm_generations
-                rivals.append(self._swarmed(best.state, view, active, *sizes, False, rng))
-            for number, rival in enumerate(rivals):
-                other = self._descended(rival, view, prior, active, seed + 1 + number)
-                best = min(best, other, key=lambda fit: fit.total)
-        return best
+        if best.cost > config.swarm_cost and config.swarm_particles:
+            sizes = config.swarm_particles, config.swarm_generations
+            found = self._swarmed(best.state, view, active, *sizes, False, rng)
+            other = self._descended(found, view, prior, active, seed + 1)
+            best = min(best, other, key=lambda fit: fit.total)
+        return self._slid(best, view, prior, active, seed)
 
-    def _slid(self, fit: Fit, view: View, prior: Prior, active: list[int]) -> BodyState:
-        """Return the best of some fits begun farther back or ahead along the hand.
+    def _slid(self, fit: Fit, view: View, prior: Prior, active: list[int], seed: int) -> Fit:
+        """Return the fit, or another begun farther back or ahead along the hand if that is better.
 
-        Seen edge-on and with the arm in a sleeve, that is where its place is least certain.
+        Seen edge-on and with the arm in a sleeve, that is where its place is least certain. A fit
+        that is good tries one of these starts per frame, another tries all.
         """
         config, objects = self.config, self.objects(active)
+        poor = fit.cost > config.swarm_cost
+        slides = config.slides if poor else config.slides[seed % len(config.slides) :][:1]
         found = []
-        for slide in config.slides:
+        for slide in slides:
             start = fit.state.copy()
             start.values[:3] += np.float32(slide) * start.rotations[0, :, 0]
             near = self._refined(start, view, prior, objects, config.iterations, config.scale)
             found.append(self._refined(near.state, view, prior, objects, config.polish_iterations))
-        return min(found, key=lambda fit: fit.total).state
+        other = min(found, key=lambda fit: fit.total)
+        if poor or other.total < fit.total + config.clear_gain:
+            other = self._descended(other.state, view, prior, active, seed + 2)
+        return min(fit, other, key=lambda fit: fit.total)
 
     def _descended(
         self, start: BodyState, view: View, prior: Prior, active: list[int], seed: int
