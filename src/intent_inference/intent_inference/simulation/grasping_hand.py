@@ -98,6 +98,8 @@ class GraspingHand:
     grips: dict[str, Array]
     """Share of the torque limits (J,) that each pre-shape uses: a pinch balances the fingers."""
     arrays: HandArrays
+    squeeze: float
+    """The fingers' targets lie this far beyond the contact, times the closing speed [rad]."""
 
     @property
     def is_human(self) -> bool:
@@ -135,7 +137,8 @@ class GraspingHand:
         effort = _effort(table, chains, description)
         grips = {entry["name"]: _grip(table, chains, entry) for entry in description["preshapes"]}
         arrays = _arrays(table, chains, description)
-        return cls(name, table, chains, preshapes, effort, grips, arrays)
+        squeeze = float(description.get("squeeze", 0.05))
+        return cls(name, table, chains, preshapes, effort, grips, arrays, squeeze)
 
 
 def _table(source: str, folder: Path) -> JointTable:

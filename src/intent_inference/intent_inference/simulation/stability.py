@@ -4,8 +4,6 @@ The hand's base is fixed and its joints are motors with limited torque; the obje
 held by contact and friction alone. Every grasp starts from the same state of the engine.
 """
 
-import os
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -41,8 +39,6 @@ class ShakeConfig:
     """The object's centre of mass may move less than this [m]."""
     rotation: float = 0.4
     """The object may turn less than this [rad]."""
-    squeeze: float = 0.04
-    """The fingers' targets lie this far beyond the contact: more pushes the object away [rad]."""
     stiffness: float = 0.4
     """Share of a joint's error that its motor would remove in one step, torque permitting."""
     settling_drift: float = 0.04
@@ -52,9 +48,9 @@ class ShakeConfig:
     rate: int = 240
     """Steps per second."""
     iterations: int = 100
-    """Iterations of the constraint solver per step, if it is not direct."""
-    direct: bool = True
-    """Solve each step's contacts exactly (Dantzig's pivoting) instead of by iterations."""
+    """Iterations of the constraint solver per step."""
+    correction: float = 0.5
+    """Share of a penetration that the solver removes in one step."""
 
     def __post_init__(self) -> None:
         if self.rate < 60 or self.iterations < 10 or min(self.duration, self.drift) <= 0:
@@ -147,7 +143,7 @@ class _Engine:
         self._body = pybullet.loadURDF(
             str(folder / "hand.urdf"),
             useFixedBase=True,
-            flags=pybullet.URDF_MAINTAIN_LINK_ORDER,
+            flags=pybullet.URDF_MAINTAIN_LINK_ORDER | pybullet.URDF_USE_INERTIA_FROM_FILE,
             physicsClientId=client,
         )
         for link in range(-1, len(hand.table.parents) - 1):
@@ -159,37 +155,40 @@ class _Engine:
                 physicsClientId=client,
             )
         (folder / "object.obj").write_text(_grouped_obj(self._model))
-        shape = pybullet.createCollisionShape(
+        self._shape = pybullet.createCollisionShape(
             pybullet.GEOM_MESH, fileName=str(folder / "object.obj"), physicsClientId=client
         )
-        self._object = pybullet.createMultiBody(
+        self._object = self._new_object()
+        # Not the direct (Dantzig) solver: its friction lets pulls along +x, +y, +z slip that it
+        # holds along -x, -y, -z.
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=1.0 / self._config.rate,
+            numSolverIterations=self._config.iterations,
+            contactERP=self._config.correction,
+            globalCFM=1e-6,
+            deterministicOverlappingPairs=1,
+            physicsClientId=client,
+        )
+
+    def _new_object(self) -> int:
+        """Return a new body at the origin, of which the engine remembers no contacts."""
+        body: int = pybullet.createMultiBody(
             self._model.mass,
-            shape,
+            self._shape,
             basePosition=[0.0, 0.0, 0.0],
             baseInertialFramePosition=self._center.tolist(),
-            physicsClientId=client,
+            physicsClientId=self._client,
         )
         edges = self._model.size**2
         inertia = self._model.mass / 12.0 * (edges.sum() - edges)
         pybullet.changeDynamics(
-            self._object,
+            body,
             -1,
             lateralFriction=1.0,  # the engine multiplies the two coefficients
             localInertiaDiagonal=inertia.tolist(),
-            physicsClientId=client,
+            physicsClientId=self._client,
         )
-        with _silence():  # the engine announces its solver on standard output
-            pybullet.setPhysicsEngineParameter(
-                fixedTimeStep=1.0 / self._config.rate,
-                numSolverIterations=self._config.iterations,
-                constraintSolverType=(
-                    pybullet.CONSTRAINT_SOLVER_LCP_DANTZIG
-                    if self._config.direct
-                    else pybullet.CONSTRAINT_SOLVER_LCP_SI
-                ),
-                globalCFM=1e-6,
-                physicsClientId=client,
-            )
+        return body
 
     def run(self, grasp: ClosedGrasp) -> ShakenGrasp:
         """Settle the grasp, record it, and pull the object to six sides until it is lost."""
@@ -211,9 +210,11 @@ class _Engine:
         """Place hand and object; both stand still, the motors squeeze beyond the contact."""
         client, limits = self._client, self._hand.table.limits
         target = np.clip(
-            grasp.joints + self._config.squeeze * grasp.closing, limits[:, 0], limits[:, 1]
+            grasp.joints + self._hand.squeeze * grasp.closing, limits[:, 0], limits[:, 1]
         )
         effort = self._hand.effort * self._hand.grips.get(grasp.preshape, 1.0)
+        pybullet.removeBody(self._object, physicsClientId=client)
+        self._object = self._new_object()
         pybullet.setGravity(0.0, 0.0, 0.0, physicsClientId=client)
         pybullet.resetBasePositionAndOrientation(
             self._body,
@@ -228,10 +229,6 @@ class _Engine:
             [[0.0]] * len(self._joint_ids),
             physicsClientId=client,
         )
-        pybullet.resetBasePositionAndOrientation(
-            self._object, self._center.tolist(), [0.0, 0.0, 0.0, 1.0], physicsClientId=client
-        )
-        pybullet.resetBaseVelocity(self._object, [0.0] * 3, [0.0] * 3, physicsClientId=client)
         pybullet.setJointMotorControlArray(
             self._body,
             self._joint_ids,
@@ -319,20 +316,6 @@ class _Engine:
             np.array([contact[9] for contact in found], dtype=np.float64),
         )
         return contacts, max((-contact[8] for contact in found), default=0.0)
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Keep what C code prints off standard output, which may carry a command's JSON."""
-    sys.stdout.flush()
-    kept, sink = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(sink, 1)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(sink)
 
 
 def _grouped_obj(model: ObjectModel) -> str:

@@ -9,7 +9,9 @@ from intent_perception.geometry import make_pose, rotation_from_vector
 from intent_tracking.joint_table import Array, Capsules, JointTable, LinkBoxes
 
 _PALM_MASS, _LINK_MASS = 0.3, 0.02  # [kg]; the base is fixed and gravity acts on the object alone
-_INERTIA = 1e-5
+_INERTIA = 1e-4
+"""Links and what drives them, motor or muscle, about each axis [kg m²]: links as light as fingers
+alone need thousands of solver iterations to press on a heavy object."""
 
 
 def urdf_text(table: JointTable, effort: Array, locked: Array | None = None) -> str:
