@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from intent_perception.objects import ObjectDatabase
 from intent_tracking.benchmark_bags import BagErrors, bag_errors, bags_with_truth
 from intent_tracking.benchmark_motions import motion_figures
 from intent_tracking.benchmark_speed import evaluations_per_second, parallel_speedup
@@ -88,9 +87,8 @@ def bags(scope: Scope, config: TrackerConfig | None = None) -> dict[str, Any]:
     found = bags_with_truth(scope.bags)
     if not found:
         return {"bags": None}
-    models = ObjectDatabase.load().joined(ObjectDatabase.clutter())
     chosen = found[:2] if scope.quick else found
-    errors = [bag_errors(bag, config or TrackerConfig(seed=scope.seed), models) for bag in chosen]
+    errors = [bag_errors(bag, config or TrackerConfig(seed=scope.seed)) for bag in chosen]
     return {"bags": {**_bag_figures(errors), "each": {e.name: _bag_figures([e]) for e in errors}}}
 
 

@@ -5,11 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from intent_perception.bags import read_frames
 from intent_perception.geometry import Array
 from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
-from intent_tracking.recording import Recording, track_frames
+from intent_tracking.recording import Recording, track_bag
 from intent_tracking.tracker import TrackerConfig
 
 LOST_ERROR = 0.1
@@ -38,24 +36,17 @@ def bags_with_truth(folder: Path) -> list[Path]:
     return [path for path in found if np.any(np.load(path / "truth.npz")["hand_in_view"])]
 
 
-def bag_errors(bag: Path, config: TrackerConfig, models: ObjectDatabase) -> BagErrors:
-    """Return the errors on one bag; the objects start at their true first poses.
+def bag_errors(bag: Path, config: TrackerConfig) -> BagErrors:
+    """Return the errors on one bag, tracked as the command `track` does it.
 
-    Recognition is measured elsewhere: objects that are not in the database are left out.
+    Objects start where the recogniser finds them in the first frame, the hand where the tracker
+    finds it; nothing comes from the truth but the comparison.
     """
     with np.load(bag / "truth.npz") as file:
         truth = {name: file[name] for name in file.files}
-    T_table_camera = truth["T_table_camera"]
-    poses = T_table_camera @ truth["objects_camera"][0]
-    items = tuple(
-        RecognizedObject(f"{name}.{row}", name, models[name].object_class, poses[row], 1.0, 1.0)
-        for row, name in enumerate(map(str, truth["object_ids"]))
-        if name in models
-    )
-    start = RecognizedObjects(int(truth["stamps"][0]), items, T_table_camera)
-    named = {model.name: model for model in models}
-    recording = track_frames(read_frames(bag), start, named, config)
-    return _compared(bag.name, recording, truth)
+    own = bag / "models.yaml"
+    database = ObjectDatabase.load(own if own.exists() else None)
+    return _compared(bag.name, track_bag(bag, database, config), truth)
 
 
 def _compared(name: str, recording: Recording, truth: dict[str, Array]) -> BagErrors:

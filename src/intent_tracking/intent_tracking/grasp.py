@@ -4,7 +4,7 @@ The paper reads features at the last frame of a demonstration; here the moment i
 on opposite sides of an object touch it and the hand has stopped moving relative to it.
 """
 
-from collections import deque
+from collections import Counter, deque
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -41,6 +41,8 @@ class GraspConfig:
     """A finger touches where its skin is this close to the object: the tracker's error [m]."""
     window: float = 0.20
     """The hand must have kept still relative to the object for this long [s]."""
+    share: float = 0.6
+    """It must be touched in this share of the window: the track of a hidden thumb flickers."""
     drift: float = 0.012
     """Still: the wrist moved less than this in the object's frame [m]."""
     turn: float = 0.20
@@ -61,6 +63,8 @@ class GraspConfig:
             raise ValueError(f"expected thresholds above 0, got {self}")
         if self.samples < 2 or not -1.0 <= self.opposition <= 1.0:
             raise ValueError(f"expected samples >= 2 and a cosine as opposition, got {self}")
+        if not 0.0 < self.share <= 1.0:
+            raise ValueError(f"expected a share above 0 and at most 1, got {self.share}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +87,13 @@ class StableGrasp:
 
 @dataclass(frozen=True, eq=False)
 class _Glance:
-    """What one frame says about the touched object."""
+    """What one frame says about hand and objects."""
 
     stamp: int
-    object_index: int
-    """-1: nothing is grasped."""
-    T_object_hand: Array
+    touched: str | None
+    """Id of the object that is grasped, if any."""
+    T_object_hand: dict[str, Array]
+    """Where the hand is in the frame of each object."""
     joints: Array
 
 
@@ -123,11 +128,13 @@ class GraspDetector:
         horizon = state.stamp - self._config.window / _NANO
         while len(self._window) > 1 and self._window[1].stamp <= horizon:
             self._window.popleft()
-        if self._window[0].stamp > horizon or not self._is_still():
+        if self._window[0].stamp > horizon:
             return None
-        self._held = state.object_ids[glance.object_index]
-        self._last_touch = state.stamp
-        grasp = self._grasp(state, glance.object_index)
+        touched = self._touched()
+        if touched is None or not self._is_still(touched):
+            return None
+        self._held, self._last_touch = touched, state.stamp
+        grasp = self._grasp(state, state.object_ids.index(touched))
         self._window.clear()
         return grasp
 
@@ -145,34 +152,41 @@ class GraspDetector:
         """Return which object is grasped in a frame: the one that most fingers touch."""
         table, joints = state.hand.table, state.joint_angles
         T_table_hand, T_table_objects = state.T_table_hand, state.T_table_objects
-        best, most = -1, 1
-        for index, model in enumerate(state.object_models):
-            geometry = self._geometry(model)
+        best, most = None, 1
+        relative = {}
+        for index, name in enumerate(state.object_ids):
+            geometry = self._geometry(state.object_models[index])
             if geometry is None or state.objects_lost[index]:
                 continue
             T_hand_object = inverse(T_table_hand) @ T_table_objects[index]
+            relative[name] = inverse(T_hand_object)
             reach = np.linalg.norm(transform_points(T_hand_object, geometry.center))
             if reach > 0.25 + 0.5 * geometry.model.diameter:
                 continue
             touched = touching_normals(geometry, T_hand_object, table, joints, self._config.contact)
             if len(touched) > most and _opposed(touched, self._config.opposition):
-                best, most = index, len(touched)
-        pose = np.eye(4) if best < 0 else inverse(T_table_objects[best]) @ T_table_hand
-        return _Glance(state.stamp, best, pose, joints)
+                best, most = name, len(touched)
+        return _Glance(state.stamp, best, relative, joints)
 
-    def _is_still(self) -> bool:
+    def _touched(self) -> str | None:
+        """Return the object that is grasped in most of the window, if in enough of it."""
+        counts = Counter(glance.touched for glance in self._window if glance.touched is not None)
+        if len(self._window) < 3 or not counts:
+            return None
+        name, count = counts.most_common(1)[0]
+        return name if count >= self._config.share * len(self._window) else None
+
+    def _is_still(self, touched: str) -> bool:
         """Return whether hand and object kept still relative to each other over the window."""
-        last, config = self._window[-1], self._config
-        if last.object_index < 0 or len(self._window) < 3:
+        if any(touched not in glance.T_object_hand for glance in self._window):
             return False
+        last, config = self._window[-1], self._config
         for glance in self._window:
-            if glance.object_index != last.object_index:
-                return False
-            relative = inverse(last.T_object_hand) @ glance.T_object_hand
+            moved = inverse(last.T_object_hand[touched]) @ glance.T_object_hand[touched]
             bend = float(np.median(np.abs(glance.joints - last.joints)))
             if (
-                np.linalg.norm(relative[:3, 3]) > config.drift
-                or rotation_angle(relative[:3, :3]) > config.turn
+                np.linalg.norm(moved[:3, 3]) > config.drift
+                or rotation_angle(moved[:3, :3]) > config.turn
                 or bend > config.bend
             ):
                 return False
@@ -180,18 +194,18 @@ class GraspDetector:
 
     def _watch_release(self, state: SceneState, glance: _Glance) -> None:
         """Re-arm once the held object has not been touched for a while."""
-        index = glance.object_index
-        if index >= 0 and state.object_ids[index] == self._held:
+        if glance.touched == self._held:
             self._last_touch = state.stamp
         elif state.stamp - self._last_touch > self._config.release / _NANO:
             self._held = None
 
     def _grasp(self, state: SceneState, index: int) -> StableGrasp:
-        """Return the grasp of object `index`: the mean over the window, described by Table I."""
+        """Return the grasp of object `index` over the window, described by Table I."""
         geometry = self._geometry(state.object_models[index])
         assert geometry is not None
-        pose = _mean_pose(np.array([glance.T_object_hand for glance in self._window]))
-        joints = np.mean([glance.joints for glance in self._window], axis=0)
+        name = state.object_ids[index]
+        pose = _mean_pose(np.array([glance.T_object_hand[name] for glance in self._window]))
+        joints = np.median([glance.joints for glance in self._window], axis=0)
         features = _described(geometry, state, pose, joints)
         return StableGrasp(
             state.stamp,

@@ -36,6 +36,8 @@ class HandShapeConfig:
     """Estimate scale, thickness and bone lengths over the first seconds of a hand."""
     file: str = ""
     """NPZ with a hand shape to start from, as `track --save-shape` writes it; empty: average."""
+    save: str = ""
+    """NPZ that the tracker's node keeps the calibrated shape in; empty: nowhere."""
     frames: int = 90
     """Well-fitted frames after which the shape is final."""
     period: int = 6
@@ -50,6 +52,8 @@ class HandShapeConfig:
     """Of single bones beside the size."""
     point_deviation: float = 0.006
     """Deviation that one observed point stands for [m]."""
+    memory: float = 0.7
+    """Share of what is known that an update keeps: early frames were fitted with a wrong hand."""
     frame_weight: float = 0.3
     """Share of a frame's information that its neighbours do not hold already."""
 
@@ -70,15 +74,16 @@ class HandShapeEstimate:
         deviation = np.full(SHAPE_SIZE, self._config.bone_deviation)
         deviation[:2] = self._config.scale_deviation, self._config.thickness_deviation
         self.side, self.shape = side, self._start.copy()
-        self._information: Array = np.diag(deviation**-2.0)
-        self._vector: Array = self._information @ self.shape
+        self._prior: Array = np.diag(deviation**-2.0)
+        self._information: Array = np.zeros((SHAPE_SIZE, SHAPE_SIZE))
+        self._vector: Array = np.zeros(SHAPE_SIZE)
         self.frames = 0
         """Well-fitted frames so far."""
 
     @property
-    def final(self) -> bool:
-        """Whether further frames change nothing."""
-        return not self._config.calibrate or self.frames >= self._config.frames
+    def complete(self) -> bool:
+        """Whether the shape has been calibrated to the end."""
+        return self._config.calibrate and self.frames >= self._config.frames
 
     def learn(
         self,
@@ -99,7 +104,7 @@ class HandShapeEstimate:
         """
         if hand.side != self.side:
             self._begin(hand.side)
-        if self.final:
+        if self.complete or not self._config.calibrate:
             return False
         matrix = np.empty((POSE + SHAPE_SIZE, POSE + SHAPE_SIZE), np.float32)
         vector = np.empty(POSE + SHAPE_SIZE, np.float32)
@@ -112,15 +117,18 @@ class HandShapeEstimate:
         self._information += share * information
         self._vector += share * (right + information @ hand.shape)
         self.frames += 1
-        if self.frames % self._config.period and not self.final:
+        if self.frames % self._config.period and not self.complete:
             return False
-        self.shape = np.linalg.solve(self._information, self._vector)
+        right = self._vector + self._prior @ self._start
+        self.shape = np.linalg.solve(self._prior + self._information, right)
+        self._information *= self._config.memory
+        self._vector *= self._config.memory
         return True
 
     @property
     def deviation(self) -> Array:
         """(22,) standard deviation of the shape."""
-        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self._information))))
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self._prior + self._information))))
 
 
 def _without_pose(matrix: Single, vector: Single, ridge: float) -> tuple[Array, Array]:

@@ -1,7 +1,7 @@
 """Command: hand and objects through a whole bag.
 
 python -m intent_tracking.track BAG [--models DB] [--objects ID,...] [--method hybrid|pso]
-    [--seed S] [--shape F.npz] --out F.npz
+    [--seed S] [--shape F.npz] [--save-shape F.npz] --out F.npz
 """
 
 import argparse
@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from intent_perception.objects import ObjectDatabase
+from intent_tracking.hand_shape import HandShapeConfig, save_shape
 from intent_tracking.recording import track_bag
 from intent_tracking.tracker import TrackerConfig
 
@@ -23,16 +24,22 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--objects", default="", help="names of the only objects, comma separated")
     parser.add_argument("--method", choices=("hybrid", "pso"), default="hybrid")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--shape", default="", help="NPZ with the hand shape to start from")
+    parser.add_argument("--save-shape", type=Path, help="NPZ that the calibrated shape is kept in")
     parser.add_argument("--out", type=Path, required=True, help="NPZ file of the result")
     options = parser.parse_args(arguments)
     chosen = tuple(name for name in options.objects.split(",") if name)
     try:
         database = ObjectDatabase.load(options.models)
-        config = TrackerConfig(method=options.method, seed=options.seed)
+        shape = HandShapeConfig(file=options.shape)
+        config = TrackerConfig(method=options.method, seed=options.seed, shape=shape)
         recording = track_bag(options.bag, database, config, chosen)
     except ValueError as error:
         print(f"track: {error}", file=sys.stderr)
         return 2
+    if options.save_shape:
+        last = recording.states[-1]
+        save_shape(options.save_shape, last.hand_side, last.hand_shape)
     np.savez_compressed(options.out, allow_pickle=False, **recording.arrays)
     lost = sum(state.hand_lost for state in recording.states)
     print(

@@ -62,12 +62,16 @@ class Tracker:
         self.config = config or TrackerConfig()
         self._track_config = replace(self.config.track, swarm_only=self.config.method == "pso")
         self._models = models
-        self._shape = HandShapeEstimate(self.config.shape)
+        self.forget_hand()
+        self._objects: RecognizedObjects | None = None
+
+    def forget_hand(self) -> None:
+        """Expect another person: the calibration of the hand's shape begins anew."""
+        self.shape = HandShapeEstimate(self.config.shape)
         sides: tuple[Side, Side] = ("right", "left")
         self._hands: dict[Side, HandModel] = {
-            side: HandModel.from_shape(side, self._shape.shape) for side in sides
+            side: HandModel.from_shape(side, self.shape.shape) for side in sides
         }
-        self._objects: RecognizedObjects | None = None
 
     def start(self, objects: RecognizedObjects) -> None:
         """Begin with recognised objects at rest and no hand.
@@ -149,10 +153,10 @@ class Tracker:
         worst = max(hypothesis.mean_cost, track.cost)
         if len(self._hypotheses) > 1 or hypothesis.age < config.shape.first:
             return
-        if worst < config.good_cost and self._shape.learn(
+        if worst < config.good_cost and self.shape.learn(
             track.hand, track.arrays, view.evidence, config.track.weights, track.state
         ):
-            shape = self._shape.shape
+            shape = self.shape.shape
             self._hands = {side: HandModel.from_shape(side, shape) for side in self._hands}
             track.set_hand(self._hands[track.hand.side])
 
@@ -322,7 +326,7 @@ class Tracker:
             track.hand.side if leader else (self._side or "right"),
             values,
             deviation,
-            track.hand.shape,
+            track.hand.shape if leader else self.shape.shape,
             tuple(o.id for o in self._objects.objects),
             tuple(o.model for o in self._objects.objects),
             tuple(o.object_class for o in self._objects.objects),

@@ -20,6 +20,7 @@ from intent_perception.ros import (
     run,
 )
 from intent_tracking.convert import hand_markers, joints_to_msg, scene_transforms, state_to_msg
+from intent_tracking.hand_shape import save_shape
 from intent_tracking.tracker import Tracker, TrackerConfig
 
 
@@ -30,7 +31,8 @@ class TrackerNode(IntentNode):
         super().__init__("tracker")
         self._database = declared_database(self)
         models = {model.name: model for model in self._database}
-        self._tracker = Tracker(models, declared(self, TrackerConfig()))
+        self._config = declared(self, TrackerConfig())
+        self._tracker = Tracker(models, self._config)
         self._states = self.create_publisher(SceneState, "/intent/scene_state", RESULTS)
         self._joints = self.create_publisher(JointState, "/intent/hand/joint_states", 10)
         self._tf = self.create_publisher(TFMessage, "/tf", 100)
@@ -41,7 +43,8 @@ class TrackerNode(IntentNode):
 
     def reset(self) -> None:
         """Forget hand and objects; the next recognised objects start the tracker again."""
-        self._started, self._hand_in_view = False, False
+        self._tracker.forget_hand()
+        self._started, self._hand_in_view, self._shape_kept = False, False, False
         self._recognized: Any = None
         self._held: RgbdFrame | None = None
         self._markers.publish(MarkerArray(markers=[deletion("hand"), deletion("objects")]))
@@ -75,9 +78,18 @@ class TrackerNode(IntentNode):
         if state.hand_tracked:
             self._joints.publish(joints_to_msg(state))
         self._tf.publish(scene_transforms(state))
+        self._keep_shape()
         if self._markers.get_subscription_count():
             self._markers.publish(hand_markers(state))
         return True
+
+    def _keep_shape(self) -> None:
+        """Write the hand's shape once it is calibrated."""
+        estimate, path = self._tracker.shape, self._config.shape.save
+        if path and estimate.complete and estimate.side and not self._shape_kept:
+            self._shape_kept = True
+            save_shape(path, estimate.side, estimate.shape)
+            self.get_logger().info(f"hand shape kept in {path}")
 
 
 def main() -> None:
