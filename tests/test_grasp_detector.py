@@ -72,6 +72,21 @@ def test_a_hand_that_pauses_beside_the_object_does_not_grasp(database):
     assert grasps(database, [state(k, 0.0, 0.05) for k in range(40)]) == []
 
 
+def flickering(share):
+    """Return states of a still pinch whose thumb is tracked right in a share of the frames."""
+    held = [state(k, 1.0, 0.03) for k in range(20)]
+    for k, one in enumerate(held):
+        one.state[6 + 12 : 26] = OPEN[12:]  # thumb, index and middle finger hold alone
+        if (k * share) % 1.0 >= share - 1e-9:
+            one.state[6:10] = OPEN[:4]
+    return held
+
+
+@pytest.mark.parametrize(("share", "count"), [(0.75, 1), (0.25, 0)])
+def test_a_thumb_may_flicker_but_must_mostly_touch(database, share, count):
+    assert len(grasps(database, flickering(share))) == count
+
+
 def test_a_hand_that_passes_by_does_not_grasp(database):
     assert grasps(database, [state(k, 0.3, 0.4 - 0.02 * k) for k in range(40)]) == []
 
