@@ -37,12 +37,12 @@ class ExecutionConfig:
     """Iterations of the constraint solver per step."""
     friction: float = 0.8
     """Coulomb coefficient between hand and object, as in the shake test."""
-    squeeze: float = 0.04
-    """The fingers' targets lie this far beyond the planned contact [rad]."""
     stiffness: float = 0.4
     """Share of a joint's error that its motor would remove in one step, torque permitting."""
-    direct: bool = True
-    """Solve each step's contacts exactly (Dantzig's pivoting) instead of by iterations."""
+    inertia: float = 1e-4
+    """Least inertia of the hand's links [kg m²]: lighter ones make the solver's iterations slow."""
+    correction: float = 0.5
+    """Share of a penetration that a step removes."""
     wrist_force: float = 400.0
     """Largest force of the wrist [N]."""
     drift: float = 0.03
@@ -124,12 +124,7 @@ class World:
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=1.0 / self._config.rate,
             numSolverIterations=self._config.iterations,
-            constraintSolverType=(
-                pybullet.CONSTRAINT_SOLVER_LCP_DANTZIG
-                if self._config.direct
-                else pybullet.CONSTRAINT_SOLVER_LCP_SI
-            ),
-            globalCFM=1e-6,
+            contactERP=self._config.correction,
             physicsClientId=client,
         )
         plate = pybullet.createCollisionShape(
@@ -155,6 +150,7 @@ class World:
                 link,
                 lateralFriction=self._config.friction,
                 spinningFriction=PAD,
+                localInertiaDiagonal=[self._config.inertia] * 3,
                 physicsClientId=client,
             )
         self._driven = [k - 1 for k, driver in enumerate(self._hand.table.drivers) if driver >= 0]
@@ -200,7 +196,7 @@ class World:
         closing = np.sign(np.round(grasp.grasp_joints - grasp.pregrasp_joints, 3))
         limits = self._hand.table.limits
         squeezed = np.clip(
-            grasp.grasp_joints + self._config.squeeze * closing, limits[:, 0], limits[:, 1]
+            grasp.grasp_joints + self._hand.squeeze * closing, limits[:, 0], limits[:, 1]
         )
         self._effort = self._hand.effort * grip_of(self._hand, grasp.pregrasp_joints)
         self._place_hand(plan[0].T_table_hand, grasp.pregrasp_joints)

@@ -218,11 +218,15 @@ class GraspPlanner:
     def _reachable(
         self, index: int, hypotheses: Hypotheses, task_chance: Array
     ) -> tuple[GraspCandidate, ...]:
-        """Return the best collision-free grasps of an object at its recognised pose."""
+        """Return the best collision-free grasps of an object at its recognised pose.
+
+        Grasps that do not fit the task are not looked at: nobody would execute them.
+        """
         grasps = hypotheses.grasps
         score = task_chance * grasps.stability**self._config.stability_weight
         found: list[GraspCandidate] = []
         order = np.argsort(-score, kind="stable")
+        order = order[task_chance[order] >= self._config.minimum_grasp]
         for first in range(0, len(order), self._config.batch):
             rows = order[first : first + self._config.batch]
             found += self._checked(index, hypotheses, rows, task_chance, score)

@@ -1,13 +1,16 @@
 """Practise grasps of objects at rest on the table: hypotheses, static filter, shake test.
 
 python -m intent_imitation.practise --archive FOLDER [--hand schunk] [--objects NAME,…] [--seed S]
+                                    [--again]
 
 Writes one archive per object, as `python -m intent_inference.simulate` does, and a table of their
 features and labels (`tabletop.csv.gz`) for training and for judging; the library is then built from
-both folders by `python -m intent_imitation.build_library`. An archive that exists is kept.
+both folders by `python -m intent_imitation.build_library`. An archive that exists is kept; with
+`--again` its grasps are shaken once more, as is due when the shake test has changed.
 """
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +23,7 @@ from intent_imitation.tabletop import (
     room_on_table,
     tabletop_candidates,
 )
+from intent_inference.simulation.autograsp import ClosedGrasp
 from intent_inference.simulation.dataset import row_of_grasp, write_rows
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.simulated_grasp import SimulatedGrasp, load_grasps, save_grasps
@@ -84,6 +88,31 @@ def _shaken(model: ObjectModel, test: ShakeTest, candidate: RestingGrasp) -> Sim
     )
 
 
+def shaken_again(
+    model: ObjectModel, hand: GraspingHand, grasps: list[SimulatedGrasp]
+) -> list[SimulatedGrasp]:
+    """Return those of an object's grasps that hold under the present shake test, settled anew."""
+    found = []
+    with ShakeTest(hand, model) as test:
+        for old in grasps:
+            gaps = [float(np.abs(shape.open - old.pregrasp).max()) for shape in hand.preshapes]
+            rates = hand.preshapes[int(np.argmin(gaps))].rates
+            nothing = np.zeros((0, 3), dtype=np.float32), np.zeros(0, dtype=np.float32)
+            closed = ClosedGrasp(old.preshape, old.T_object_hand, old.joints, rates, *nothing)
+            result = test.run(closed)
+            settled = replace(
+                old,
+                T_object_hand=result.T_object_hand,
+                joints=result.joints,
+                contacts=result.contacts,
+                held=result.held,
+                stability=result.stability,
+                penetration=result.penetration,
+            )
+            found += [settled] if result.held else []
+    return found
+
+
 def _with_room(
     target: TaskObject, hand: GraspingHand, pose: Array, grasps: list[SimulatedGrasp]
 ) -> list[SimulatedGrasp]:
@@ -110,6 +139,7 @@ def main() -> None:
     parser.add_argument("--models", default=None, help="object database; default: the shipped one")
     parser.add_argument("--objects", default="", help="names, by commas; default: all")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--again", action="store_true", help="shake archived grasps once more")
     arguments = parser.parse_args()
     hand, database = GraspingHand.load(arguments.hand), ObjectDatabase.load(arguments.models)
     wanted = (
@@ -127,6 +157,9 @@ def main() -> None:
                 print(f"{model.name:16s} no grasp holds", flush=True)
                 continue
             save_grasps(file, practised)
+        elif arguments.again:
+            kept = shaken_again(model, hand, load_grasps(file)[0])
+            save_grasps(file, kept)
         grasps = load_grasps(file)[0]
         target = TaskObject(model)
         rows += [row_of_grasp(target, hand, grasp) for grasp in grasps]
