@@ -17,17 +17,17 @@ from intent_inference.simulation.hypotheses import (
 )
 from intent_inference.simulation.task_object import TaskObject
 
-_WANTED_SHARE, _REDRAWS = 0.6, 10
+_WANTED_SHARE, _REDRAWS = 0.6, 25
 
 
 @dataclass(frozen=True)
 class FilterConfig:
     """What a closed grasp must show before it is shaken."""
 
-    residual: float = 0.35
+    residual: float = 0.25
     """Largest share of the weight, from any side, that the contacts may fail to hold."""
-    friction: float = 0.3
-    """Coulomb coefficient, far below the real one: what needs all friction does not survive."""
+    friction: float = 0.6
+    """Coulomb coefficient, below the real one: what needs all friction does not survive."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.residual < 1.0 or self.friction <= 0.0:
@@ -58,9 +58,14 @@ class CandidateSource:
     fates: Counter[Fate] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
-        choices = approaches(self.target.geometry.boxes, self.hand)
+        choices = [
+            choice
+            for choice in approaches(self.target.geometry.boxes, self.hand)
+            if not choice.preshape.loop or self.target.is_loop(choice.box)
+        ]
         self.sampler: HypothesisSampler | None = None
         self.draws = np.zeros(len(choices))
+        self._limits = [choice.preshape.residual or self.filter.residual for choice in choices]
         if choices:
             self.sampler = HypothesisSampler(
                 choices,
@@ -118,8 +123,8 @@ class CandidateSource:
             self.target.reach,
             self.filter.friction,
             self.target.weight,
-            self.filter.residual,
+            self._limits[approach],
         )
-        if residual > self.filter.residual:
+        if residual > self._limits[approach]:
             return Fate.UNSTABLE, None
         return Fate.NOT_SHAKEN, Candidate(hypothesis, grasp, contacts, residual, approach)

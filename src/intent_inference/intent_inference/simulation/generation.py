@@ -13,7 +13,7 @@ from intent_inference.simulation.candidates import Candidate, CandidateSource, F
 from intent_inference.simulation.contacts import Contacts
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.hypotheses import Hypothesis
-from intent_inference.simulation.labels import TASKS, label_grasp, pointing_tasks
+from intent_inference.simulation.labels import TASKS, label_grasp, load_rules, pointing_tasks
 from intent_inference.simulation.simulated_grasp import SimulatedGrasp
 from intent_inference.simulation.stability import ShakeConfig, ShakenGrasp, ShakeTest
 from intent_inference.simulation.task_object import TaskObject
@@ -21,6 +21,8 @@ from intent_perception.objects import ObjectModel
 from intent_tracking.joint_table import Array
 
 _ON_HANDLE = "on the handle"
+_TASK_WEIGHT = 2.0
+"""How much more a missing task counts than a missing pre-shape."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +33,11 @@ class GenerationConfig:
     """Grasps of an object that shall hold."""
     task_share: float = 0.5
     """Share of them that shall afford each task that the object is good for."""
-    preshape_share: float = 0.12
+    preshape_share: float = 0.10
     """Share that shall use each pre-shape other than power."""
     handle_share: float = 0.35
     """Share that shall hold a vessel by its handle."""
-    per_round: int = 80
+    per_round: int = 60
     """Candidates that are looked at before some of them are shaken."""
     shaken_per_round: int = 12
     """Candidates shaken in a round."""
@@ -65,6 +67,7 @@ class Needs:
                 self._quotas[preshape.name] = config.preshape_share * config.wanted
         self._quotas[_ON_HANDLE] = config.handle_share * config.wanted
         self.traits = tuple(self._quotas)
+        self.weights = np.array([_TASK_WEIGHT if t in TASKS else 1.0 for t in self.traits])
         self._counts: Counter[str] = Counter()
 
     def add(self, traits: Iterable[str]) -> None:
@@ -100,6 +103,8 @@ class GraspGenerator:
         self._test = ShakeTest(hand, target.model, self._config.shake)
         self._needs = Needs(hand, self._config)
         self._found = np.zeros((len(self._source.draws), len(self._needs.traits)))
+        self._shakes: Counter[tuple[str, bool]] = Counter()
+        self._aim = ""
         self.seconds = dict.fromkeys(("try", "choose", "shake"), 0.0)
 
     def __enter__(self) -> "GraspGenerator":
@@ -116,6 +121,7 @@ class GraspGenerator:
     def remember(self, grasps: Iterable[SimulatedGrasp]) -> None:
         """Count grasps of an earlier run, so that the choice goes on where it stopped."""
         for grasp in grasps:
+            self._shakes[grasp.preshape, grasp.held] += 1
             if grasp.held:
                 pose, joints = grasp.T_object_hand, grasp.joints
                 self._needs.add(self._traits(grasp.preshape, pose, joints, grasp.contacts))
@@ -129,7 +135,8 @@ class GraspGenerator:
         """Return the next grasps, held or lost; none if no candidate was found."""
         config = self._config
         start = time.process_time()
-        wanted = None if shake_all else self._points_to_missing
+        self._aim = self._missing_task()
+        wanted = None if shake_all or not self._aim else self._suits
         candidates = self._source.take(config.per_round, config.tries_per_round, wanted)
         tried = time.process_time()
         chosen = candidates if shake_all else self._choose(candidates)
@@ -140,11 +147,28 @@ class GraspGenerator:
         self.seconds["shake"] += time.process_time() - labelled
         return grasps
 
-    def _points_to_missing(self, hypothesis: Hypothesis) -> bool:
-        """Return whether a hypothesis has the orientation of a task that is still missing."""
+    def _missing_task(self) -> str:
+        """Return a task to aim at, drawn by what is missing of those that the class affords."""
+        kind, rules = self.target.model.object_class, load_rules()
         missing = dict(zip(self._needs.traits, self._needs.missing(), strict=True))
-        tasks = tuple(t for t in TASKS[1:] if missing[t] > 0.0)
-        return bool(pointing_tasks(self.target, self.hand, hypothesis.T_object_hand, tasks))
+        wanted = {t: missing[t] for t in TASKS[1:] if kind in rules[t]["classes"]}
+        total = sum(wanted.values())
+        if total == 0.0:
+            return ""
+        return str(self._rng.choice(list(wanted), p=[share / total for share in wanted.values()]))
+
+    def _suits(self, hypothesis: Hypothesis) -> bool:
+        """Return whether a hypothesis might afford the task aimed at.
+
+        It has the task's orientation; a tool is also aimed at by its handle.
+        """
+        pose = hypothesis.T_object_hand
+        if not pointing_tasks(self.target, self.hand, pose, (self._aim,)):
+            return False
+        functions, aim = self.target.model.functions, hypothesis.target
+        if functions is None or functions.opening is not None or aim is None:
+            return True
+        return self.target.on_handle(aim)
 
     def _choose(self, candidates: list[Candidate]) -> list[Candidate]:
         """Return the candidates that are worth a shake: those with the traits most missed."""
@@ -162,14 +186,20 @@ class GraspGenerator:
             left.pop() for _ in range(round(config.unguided * config.shaken_per_round)) if left
         ]
         planned = self._needs.copy()
+        chances = np.array([self._chance(c.grasp.preshape) for c in candidates])
         while left and len(chosen) < config.shaken_per_round:
-            worth = having[left] @ planned.missing()
+            worth = chances[left] * (having[left] @ (planned.missing() * self._needs.weights))
             chosen.append(left.pop(int(np.argmax(worth))))
             planned.add(np.array(traits)[having[chosen[-1]] > 0])
         if self._source.sampler is not None:
             rate = self._found / (self._source.draws[:, None] + 5.0)
             self._source.sampler.favor(rate @ self._needs.missing(), config.favored)
         return [candidates[index] for index in chosen]
+
+    def _chance(self, preshape: str) -> float:
+        """Return how often a pre-shape has held this object so far."""
+        held, lost = self._shakes[preshape, True], self._shakes[preshape, False]
+        return (held + 2.0) / (held + lost + 2.0)
 
     def _traits(
         self, preshape: str, T_object_hand: Array, joints: Array, contacts: Contacts
@@ -191,6 +221,7 @@ class GraspGenerator:
         grasp = candidate.grasp
         result = self._test.run(grasp)
         self.fates[Fate.NOT_SHAKEN] -= 1
+        self._shakes[grasp.preshape, result.held] += 1
         self.fates[Fate.ACCEPTED if result.held else Fate.SHAKEN_OFF] += 1
         if result.held:
             pose, joints = result.T_object_hand, result.joints

@@ -78,6 +78,10 @@ class Preshape:
     """Factor on the spread of roll and tilt."""
     near_mass: bool
     """Whether places near the centre of mass are preferred."""
+    loop: bool
+    """Whether it needs a loop to go through: the handle of a vessel."""
+    residual: float | None
+    """Limit of the static filter, see `FilterConfig`, where the first contacts say little."""
     open: Array
     """(J,) posture before closing [rad]."""
     rates: Array
@@ -202,6 +206,8 @@ def _preshape(table: JointTable, entry: dict[str, Any]) -> Preshape:
         float(entry.get("thickest", 1.0)),
         float(entry.get("jitter", 1.0)),
         bool(entry.get("near_mass", False)),
+        bool(entry.get("loop", False)),
+        float(entry["residual"]) if "residual" in entry else None,
         np.clip(posture, table.limits[:, 0], table.limits[:, 1]),
         _posture(table, entry["rates"]),
     )

@@ -62,6 +62,8 @@ class Hypothesis:
     """(J,) open posture [rad]."""
     rates: Array
     """(J,) relative closing speeds."""
+    target: Array | None = None
+    """(3,) point of the object that the hand aims at, object frame."""
 
 
 def approaches(boxes: Sequence[Box], hand: GraspingHand) -> list[Approach]:
@@ -176,7 +178,7 @@ def _jittered(
     spread = rng.normal(0.0, config.posture, len(preshape.open)) * (preshape.rates != 0)
     joints = np.clip(preshape.open + spread, hand.table.limits[:, 0], hand.table.limits[:, 1])
     travel = back + (depth if preshape.stop == "center" else 2.0 * extent)
-    return Hypothesis(preshape.name, pose, approach, travel, joints, preshape.rates)
+    return Hypothesis(preshape.name, pose, approach, travel, joints, preshape.rates, target)
 
 
 def _target(

@@ -1,8 +1,10 @@
 """One simulated, shaken grasp, and archives of many (npz, so that labels can be renewed)."""
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -77,7 +79,7 @@ def load_grasps(path: Path) -> tuple[list[SimulatedGrasp], dict[str, Array]]:
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {key: archive[key] for key in archive.files}
-    except (OSError, ValueError, EOFError) as error:
+    except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
         raise ValueError(f"{path}: expected an archive of grasps ({error}); delete it") from error
     if int(arrays.get("version", -1)) != ARCHIVE_VERSION:
         raise ValueError(

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from intent_inference.simulation.contacts import Contacts
+from intent_perception.boxes import Box
 from intent_perception.objects import ObjectModel
 from intent_perception.sdf import SignedDistance
 from intent_tracking.features import ObjectGeometry
@@ -77,6 +78,23 @@ class TaskObject:
         if functions is None or not functions.handle:
             return None
         return contacts.of_force(np.isin(self.part_names(contacts.points), functions.handle))
+
+    def is_loop(self, box: Box) -> bool:
+        """Return whether a box is a vessel's handle, which fingers can go through."""
+        functions = self.model.functions
+        if functions is None or functions.opening is None or not functions.handle:
+            return False
+        inside = np.abs((self.geometry.points - box.center) @ box.rotation) <= box.half_size
+        names = np.array([part.name for part in self.model.parts])[
+            self._sample_parts[inside.all(axis=1)]
+        ]
+        return bool(len(names)) and float(np.isin(names, functions.handle).mean()) > 0.5
+
+    def on_handle(self, point: Array) -> bool:
+        """Return whether the part nearest to a point (3,) is a handle."""
+        functions = self.model.functions
+        handle = () if functions is None else functions.handle
+        return bool(np.isin(self.part_names(point[None]), handle)[0])
 
     @cached_property
     def functional_points(self) -> Array:
