@@ -111,6 +111,24 @@ def test_no_approach_is_wider_than_its_preshape_spans(hand, database):
         assert width <= choice.preshape.widest + 1e-9
 
 
+def test_only_the_handle_of_a_mug_is_hooked(database):
+    hand = GraspingHand.load("human")
+    for name, hooked in (("mug_0", True), ("glass_0", False), ("hammer_0", False)):
+        target = TaskObject(database[name])
+        assert any(target.is_loop(box) for box in target.geometry.boxes) == hooked
+        source = CandidateSource(target, hand, np.random.default_rng(0))
+        drawn = {source.sampler.draw()[1].preshape for _ in range(400)}
+        assert ("hook" in drawn) == hooked
+
+
+def test_a_tool_is_on_its_handle_where_the_handle_is_nearest(database):
+    target = TaskObject(database["hammer_0"])
+    handle = np.isin(target.part_names(target.geometry.points), target.model.functions.handle)
+    low, high = target.geometry.points[handle][0], target.functional_points[0]
+    assert target.on_handle(low)
+    assert not target.on_handle(high)
+
+
 def pinch(friction_height=0.0):
     return Contacts(
         np.array([[-0.02, 0.0, friction_height], [0.02, 0.0, friction_height]]),

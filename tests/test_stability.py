@@ -61,6 +61,18 @@ def test_a_shake_repeats_to_the_bit(screwdriver, hand, candidate):
     assert first.stability == second.stability
 
 
+def test_a_firm_grasp_hardly_moves_whichever_side_pulls(screwdriver, hand):
+    target = TaskObject(screwdriver)
+    found = CandidateSource(target, hand, np.random.default_rng(3)).take(20, 3000)
+    firm = [c for c in found if c.grasp.preshape == "power" and c.residual < 0.01][:3]
+    with ShakeTest(hand, screwdriver) as test:
+        for candidate in firm:
+            result = test.run(candidate.grasp)
+            assert result.directions == 6
+            assert result.stability > 0.5
+    assert firm
+
+
 def test_the_settled_contacts_lie_on_the_object(planned, screwdriver):
     field = TaskObject(screwdriver).field
     for grasp in planned:
@@ -85,6 +97,34 @@ def test_grasps_survive_their_archive(planned, tmp_path):
 def test_a_damaged_archive_is_refused_with_the_remedy(tmp_path):
     (tmp_path / "a.npz").write_bytes(b"PK nonsense")
     with pytest.raises(ValueError, match="delete it"):
+        load_grasps(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
+def test_a_cut_archive_is_refused_with_the_remedy(planned, tmp_path, share):
+    save_grasps(tmp_path / "a.npz", planned)
+    content = (tmp_path / "a.npz").read_bytes()
+    (tmp_path / "a.npz").write_bytes(content[: int(share * len(content))])
+    with pytest.raises(ValueError, match="delete it"):
+        load_grasps(tmp_path / "a.npz")
+
+
+def test_an_archive_with_a_flipped_byte_is_refused_with_the_remedy(planned, tmp_path):
+    save_grasps(tmp_path / "a.npz", planned)
+    content = bytearray((tmp_path / "a.npz").read_bytes())
+    for place in range(60, 400, 7):
+        content[place] ^= 0x55
+    (tmp_path / "a.npz").write_bytes(bytes(content))
+    with pytest.raises(ValueError, match="delete it"):
+        load_grasps(tmp_path / "a.npz")
+
+
+def test_an_archive_without_an_array_is_refused_with_the_remedy(planned, tmp_path):
+    save_grasps(tmp_path / "a.npz", planned)
+    with np.load(tmp_path / "a.npz") as archive:
+        kept = {key: archive[key] for key in archive.files if key != "joints"}
+    np.savez(tmp_path / "a.npz", **kept)
+    with pytest.raises(ValueError, match="joints"):
         load_grasps(tmp_path / "a.npz")
 
 

@@ -103,7 +103,7 @@ def training_figures(data: Path, seed: int) -> dict[str, Any]:
 def main(argv: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
     parser = argparse.ArgumentParser(prog="intent_inference.benchmark", description=__doc__)
-    parser.add_argument("--part", choices=PARTS, help="default: all but simulation's generation")
+    parser.add_argument("--part", choices=PARTS, help="default: all")
     parser.add_argument("--data", default=str(SHARE / "data" / "human.csv.gz"))
     parser.add_argument("--model", default="", help="default: the shipped BN^H")
     parser.add_argument("--seed", type=int, default=1000)

@@ -1,5 +1,6 @@
 """One simulated, shaken grasp, and archives of many (npz, so that labels can be renewed)."""
 
+import io
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +13,11 @@ from intent_inference.simulation.contacts import Contacts
 from intent_tracking.joint_table import Array
 
 ARCHIVE_VERSION = 1
+_ARRAYS = (
+    "object_name", "preshape", "T_object_hand", "joints", "pregrasp", "approach", "held",
+    "stability", "penetration", "residual", "contact_counts", "contact_points", "contact_normals",
+    "contact_links", "contact_forces",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +83,7 @@ def load_grasps(path: Path) -> tuple[list[SimulatedGrasp], dict[str, Array]]:
         ValueError: if the file is damaged or of another version.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
             arrays = {key: archive[key] for key in archive.files}
     except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
         raise ValueError(f"{path}: expected an archive of grasps ({error}); delete it") from error
@@ -85,6 +91,8 @@ def load_grasps(path: Path) -> tuple[list[SimulatedGrasp], dict[str, Array]]:
         raise ValueError(
             f"{path}: expected version {ARCHIVE_VERSION}; delete it and simulate again"
         )
+    if missing := [name for name in _ARRAYS if name not in arrays]:
+        raise ValueError(f"{path}: expected the arrays {', '.join(missing)}; delete it")
     ends = np.cumsum(arrays["contact_counts"])
     grasps = []
     for index, end in enumerate(ends):
