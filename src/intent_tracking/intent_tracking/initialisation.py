@@ -43,11 +43,11 @@ POSTURES: Array = np.radians(
 class InitialisationConfig:
     """How many starts, and how far each is followed."""
 
-    turns: int = 10
+    turns: int = 8
     """Turns about the arm."""
     coarse_iterations: int = 4
     """Levenberg-Marquardt steps of all starts, and again of the better half."""
-    finalists: int = 4
+    finalists: int = 3
     """Starts per side that are refined to the end."""
     fine_iterations: int = 8
     sweep_trials: int = 48

@@ -144,6 +144,12 @@ class SceneTrack:
         pixels = label_pixels(tile, bodies, appearance, rest_depth, table, self.config.labelling)
         return View(tile, pixels, *evidence_of(tile, pixels, self.config.labelling))
 
+    def tried(self, view: View, guess: BodyState, active: list[int], ties: Ties, seed: int) -> Fit:
+        """Return the state of hand and active objects next to a guess, without looking around."""
+        start = guess.chosen(active)
+        prior = Prior(start.values, start.rotations, SINGLE_LIMITS, shipped_posture(), *ties)
+        return self._descended(start, view, prior, active, seed)
+
     def fit(self, view: View, guess: BodyState, active: list[int], ties: Ties, seed: int) -> Fit:
         """Return the best state of hand and active objects near a guess."""
         config = self.config
@@ -156,6 +162,9 @@ class SceneTrack:
             )
             return self._refined(found, view, prior, self.objects(active), 0)
         best = self._descended(start, view, prior, active, seed)
+        if best.cost > config.swarm_cost:  # the motion may have turned back
+            other = self._descended(self.state.chosen(active), view, prior, active, seed + 3)
+            best = min(best, other, key=lambda fit: fit.total)
         if best.cost > config.swarm_cost and config.swarm_particles:
             sizes = config.swarm_particles, config.swarm_generations
             found = self._swarmed(best.state, view, active, *sizes, False, rng)

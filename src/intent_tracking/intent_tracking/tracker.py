@@ -248,7 +248,7 @@ class Tracker:
             active = list(leader.active)
             view = rival.track.view(frame, state, active, self._appearance, self._table)
             ties = ties_of(leader.lives, active, self.config.life)
-            fit = rival.track.fit(view, state, active, ties, self._frames)
+            fit = rival.track.tried(view, state, active, ties, self._frames)
             if fit.cost < self.config.better * leader.track.cost:
                 rival.track.accept(state, active, fit)
                 rival.track.before = rival.track.state

@@ -26,7 +26,7 @@ class TrackerConfig:
     """Smoothed cost per hand pixel above which the hand is lost."""
     good_cost: float = 0.22
     """Smoothed cost below which a young track is not questioned."""
-    young_trials: tuple[int, ...] = (3, 7, 13, 21)
+    young_trials: tuple[int, ...] = (1, 2, 4, 7, 13, 21)
     """Ages in frames at which other starts of both sides are tried."""
     farthest_rival: float = 0.12
     """Other starts this far from a track that fits are another thing than its hand [m]."""
