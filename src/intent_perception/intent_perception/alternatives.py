@@ -8,6 +8,7 @@ the half turns, each drawn and judged by what it newly explains.
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from intent_perception.explanation import draw, explain
 from intent_perception.geometry import Array, rotation_from_vector
@@ -18,6 +19,9 @@ Bytes = NDArray[np.uint8]
 SPINS = 48
 """Steps of a whole turn: a handle in front of its mug is as wide as one and a half of them."""
 _FLIPPED_SPINS = 12
+_TURNED_POINTS = 150
+_MOVED = 0.004  # distance from the surface that a camera sees [m]
+_MOVED_SHARE = 0.03
 
 
 def turns(axis: Array, spins: bool) -> Floats:
@@ -35,6 +39,26 @@ def turns(axis: Array, spins: bool) -> Floats:
             spin = rotation_from_vector(2.0 * np.pi * k / steps * axis)
             found.append(spin @ rotation_from_vector(flip * across))
     return np.array(found[1:], np.float32)
+
+
+def turns_that_matter(
+    points: Floats, normals: Floats, rotations: Floats, about: Floats
+) -> NDArray[np.bool_]:
+    """Return which turns (K,) move a part of the surface off the whole surface: not those of a can.
+
+    Args:
+        points: (P, 3) of the surface, those that spread widest first [m].
+        normals: (P, 3).
+        rotations: (K, 3, 3) turns about a point.
+        about: (3,) that point.
+    """
+    tree = cKDTree(points)
+    few = points[:_TURNED_POINTS] - about
+    moved = np.einsum("kij,pj->kpi", rotations, few) + about
+    nearest = tree.query(moved.reshape(-1, 3))[1]
+    gaps = np.abs(np.sum((moved.reshape(-1, 3) - points[nearest]) * normals[nearest], axis=1))
+    share: NDArray[np.float64] = np.mean(gaps.reshape(len(rotations), -1) > _MOVED, axis=1)
+    return share > _MOVED_SHARE
 
 
 def spin_axis(points: Floats, normals: Floats) -> tuple[Array, Array]:

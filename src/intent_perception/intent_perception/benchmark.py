@@ -20,14 +20,15 @@ import yaml
 
 from intent_perception.cloud import read_cloud, view_cloud
 from intent_perception.detection import Detector, DetectorConfig
-from intent_perception.geometry import inverse, rotation_angle
+from intent_perception.geometry import Array, inverse, rotation_angle
 from intent_perception.model import ObjectModel
 from intent_perception.model_library import ModelLibrary
 from intent_perception.objects import ObjectDatabase
 from intent_perception.overlay import overlay
+from intent_perception.peer_ppf import ppf_claim
 from intent_perception.real_scenes import COUNTED, OTHERS, match_box, uwa_reference, ycb_frame
 from intent_perception.recognition import RecognizerConfig
-from intent_perception.scoring import Claim, Judged, Score
+from intent_perception.scoring import LEAST_PIXELS, Claim, Score, judge
 from intent_perception.tabletop import TabletopScene, tabletop_scene
 
 CLASSES = ("bottle", "glass", "mug", "knife", "hammer", "screwdriver")
@@ -55,16 +56,14 @@ class Plan:
 
 def scenes(
     plan: Plan, models: Sequence[ObjectModel], clutter: Sequence[ObjectModel]
-) -> Iterator[TabletopScene]:
-    """Yield the scenes of a plan: 1 to 6 of the models each, then those of clutter alone."""
-    for index in range(plan.scenes):
-        rng = np.random.default_rng(plan.seed + index)
-        chosen = rng.choice(len(models), min(1 + index % 6, len(models)), replace=False)
-        yield tabletop_scene([models[k] for k in chosen], rng)
-    for index in range(plan.empty):
-        rng = np.random.default_rng(plan.seed + 500 + index)
-        chosen = rng.choice(len(clutter), min(1 + index % 6, len(clutter)), replace=False)
-        yield tabletop_scene([clutter[k] for k in chosen], rng)
+) -> Iterator[tuple[int, TabletopScene]]:
+    """Yield seed and scene: first 1 to 6 of the models each, then clutter alone."""
+    for first, count, things in ((0, plan.scenes, models), (500, plan.empty, clutter)):
+        for index in range(count):
+            seed = plan.seed + first + index
+            rng = np.random.default_rng(seed)
+            chosen = rng.choice(len(things), min(1 + index % 6, len(things)), replace=False)
+            yield seed, tabletop_scene([things[k] for k in chosen], rng)
 
 
 def parametric(plan: Plan, variants: int, hash_only: bool = False) -> dict[str, Any]:
@@ -75,8 +74,8 @@ def parametric(plan: Plan, variants: int, hash_only: bool = False) -> dict[str, 
     known = {model.name for model in models}
     score = Score()
     part = f"{'hash_' if hash_only else ''}{len(models)}"
-    for index, scene in enumerate(scenes(plan, models, list(ObjectDatabase.clutter()))):
-        if index == 0:
+    for seed, scene in scenes(plan, models, list(ObjectDatabase.clutter())):
+        if seed == plan.seed:
             detector.find(scene.frame)  # compiles
         cpu, wall = time.process_time(), time.perf_counter()
         findings = detector.find(scene.frame)
@@ -87,9 +86,9 @@ def parametric(plan: Plan, variants: int, hash_only: bool = False) -> dict[str, 
             for d in findings.detections
             if d.confidence >= _LEAST
         ]
-        judged = score.add(scene, claims, known)
+        score.add(scene, claims, known)
         if plan.pictures is not None:
-            _draw(plan.pictures / f"{part}_{plan.seed + index}.png", scene, claims, judged)
+            _draw(plan.pictures / f"{part}_{seed}.png", scene, claims, known)
     return score.figures()
 
 
@@ -103,7 +102,7 @@ def open3d_peer(plan: Plan) -> dict[str, Any]:
     detector = Detector(ModelLibrary.of(models), DetectorConfig())
     peer = Open3dPeer(models, detector)
     seen, claims, cpu, wall = [], [], [], []
-    for scene in scenes(plan, models, list(ObjectDatabase.clutter())):
+    for _, scene in scenes(plan, models, list(ObjectDatabase.clutter())):
         start, clock = time.process_time(), time.perf_counter()
         claims.append(peer.find(detector.oriented(scene.frame)))
         cpu.append(time.process_time() - start)
@@ -121,6 +120,26 @@ def open3d_peer(plan: Plan) -> dict[str, Any]:
         return 2.0 * right / max(1, len(score.judged) + len(score.seen))
 
     return max((scored(t) for t in np.linspace(0.1, 0.9, 17)), key=balance).figures()
+
+
+def ppf_peer(plan: Plan) -> dict[str, Any] | None:
+    """Return what OpenCV's ppf_match_3d reaches on the laser scan, None without its environment."""
+    folder = plan.data / "recognizer" / "uwa_opencv"
+    if not folder.is_dir():
+        return None
+    claim = ppf_claim(folder / "parasaurolophus_6700.ply", folder / "rs1_normals.ply")
+    if claim is None:
+        return None
+    database = _database(folder, {"parasaurolophus": "parasaurolophus_6700.ply"}, "mm")
+    T_found = np.array(claim["pose"]).reshape(4, 4)
+    T_found[:3, 3] /= 1000.0
+    shift, turn = _difference(uwa_reference(folder), T_found, database.models[0].center)
+    return {
+        "translation_mm": 1000.0 * shift,
+        "rotation_deg": float(np.degrees(turn)),
+        "train_s": claim["train_s"],
+        "find_s": claim["find_s"],
+    }
 
 
 def uwa_rs1(plan: Plan) -> dict[str, Any] | None:
@@ -142,9 +161,8 @@ def uwa_rs1(plan: Plan) -> dict[str, Any] | None:
             if detection.confidence < _LEAST:
                 continue
             T_found = view.T_cloud_camera @ detection.T_camera_object
-            difference = inverse(reference) @ T_found
-            shift = np.linalg.norm(difference[:3, :3] @ center + difference[:3, 3] - center)
-            if shift <= 0.005 and rotation_angle(difference[:3, :3]) <= np.radians(3.0):
+            shift, turn = _difference(reference, T_found, center)
+            if shift <= 0.005 and turn <= np.radians(3.0):
                 found += 1
                 break
     return {"found": found, "seeds": plan.scans, "cpu_s_median": float(np.median(cpu))}
@@ -195,6 +213,13 @@ def ycb_frames(plan: Plan) -> dict[str, Any] | None:
     }
 
 
+def _difference(T_true: Array, T_found: Array, center: Array) -> tuple[float, float]:
+    """Return the distance between the placed centres [m] and the angle between two poses [rad]."""
+    difference = inverse(T_true) @ T_found
+    shift = np.linalg.norm(difference[:3, :3] @ center + difference[:3, 3] - center)
+    return float(shift), float(rotation_angle(difference[:3, :3]))
+
+
 def _database(folder: Path, files: dict[str, str], unit: str) -> ObjectDatabase:
     import tempfile
 
@@ -208,16 +233,24 @@ def _database(folder: Path, files: dict[str, str], unit: str) -> ObjectDatabase:
         return ObjectDatabase.load(path)
 
 
-def _draw(
-    path: Path, scene: TabletopScene, claims: Sequence[Claim], judged: Sequence[Judged]
-) -> None:
-    """Write a scene with right claims in green, wrong ones in red, the truth in orange."""
+def _draw(path: Path, scene: TabletopScene, claims: Sequence[Claim], known: set[str]) -> None:
+    """Write a scene with right claims in green, wrong ones in red, missed objects in orange."""
+    judged, found = judge(scene.objects, claims)
     ordered = sorted(claims, key=lambda c: -c.confidence)
-    truth = [item for item in scene.objects if item.pixels > 0]
-    models = [item.model for item in truth] + [c.model for c in ordered]
-    poses = [item.T_camera_object for item in truth] + [c.T_camera_object for c in ordered]
-    texts = [""] * len(truth) + [f"{c.model.name} {c.confidence:.2f}" for c in ordered]
-    paints = [_ORANGE] * len(truth) + [_GREEN if j.right else _RED for j in judged]
+    missed = [
+        item
+        for item in scene.objects
+        if item.model.name in known
+        and item.pixels >= LEAST_PIXELS
+        and found.get(id(item)) != "model"
+    ]
+    models = [item.model for item in missed] + [c.model for c in ordered]
+    poses = [item.T_camera_object for item in missed] + [c.T_camera_object for c in ordered]
+    texts = [f"missed {item.model.name}, {item.visibility:.0%} seen" for item in missed] + [
+        f"{'' if j.right else 'false '}{c.model.name} {c.confidence:.2f}"
+        for c, j in zip(ordered, judged, strict=True)
+    ]
+    paints = [_ORANGE] * len(missed) + [_GREEN if j.right else _RED for j in judged]
     image = overlay(scene.frame.color, scene.frame.camera, models, poses, texts, paints)
     cv2.imwrite(str(path), image[..., ::-1])
 
@@ -229,7 +262,7 @@ PARTS: dict[str, Callable[[Plan], Any]] = {
     "parametric_48": lambda plan: parametric(plan, 8),
     "uwa_rs1": uwa_rs1,
     "ycb_frames": ycb_frames,
-    "peers": lambda plan: {"open3d": open3d_peer(plan)},
+    "peers": lambda plan: {"open3d": open3d_peer(plan), "ppf_match_3d": ppf_peer(plan)},
 }
 """What can be measured, by name."""
 

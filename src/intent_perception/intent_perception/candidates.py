@@ -11,6 +11,7 @@ from intent_perception.color_evidence import color_mismatch
 from intent_perception.conflict import Evidence
 from intent_perception.contour import contour
 from intent_perception.explanation import COUNTS, draw, explain, settle
+from intent_perception.fit_measures import patch_residual, shape_shown, surface_beyond
 from intent_perception.model_library import ModelLibrary
 from intent_perception.scene_view import SceneView
 from intent_perception.verification import support_of_all
@@ -23,7 +24,7 @@ _FINAL_STEPS = np.array([0.006, 0.005, 0.004, 0.004], np.float32)
 _ALIGNED_POINTS = 160
 _TURNS_REFINED = 3
 _EQUAL = 0.005  # turns that explain this much less are as good
-_LEAST_SCORE = 0.25
+_LEAST_SCORE = 0.1
 _REGION = 48  # edge of the image regions between which the drawing is shared out [pixel]
 _PER_REGION = 36
 _PER_MODEL = 3  # in one region
@@ -31,8 +32,9 @@ _CLEAR = 0.3  # evidence of pixels whose colour counts
 _LEAST_CONTOUR_FACTOR = 0.85  # neighbours may touch: the contour alone rules nothing out
 _LEAST_COLOR_FACTOR = 0.5  # lamps and paints differ: colour alone rules nothing out
 _AROUND = 20  # width of the frame in which the table is looked at [pixel]
-_LEAST_AROUND = 50
-_BENT = 0.02  # largest error of the table plane there [m]
+_SPREAD = 0.002  # systematic error of a depth camera [m]
+_TILTED = 0.2  # an object tilted more than this leans on something [rad]
+_AS_STABLE = 0.05  # turns that are this much further from a stable pose are as good [rad]
 _BELOW = 0.012  # an object that reaches further into the table is hardly there [m]
 
 
@@ -72,14 +74,50 @@ class Drawing:
         )
         return int(ends), int(goes_on)
 
+    def residual(self, scene: SceneView, tolerance: float) -> float:
+        """Return `patch_residual` [m]."""
+        place = (self.left, self.top, self.depth)
+        return float(patch_residual(*place, scene.image.depth, scene.parts.mask, 2.0 * tolerance))
+
+    def closeness(self, scene: SceneView, tolerance: float) -> float:
+        """Return how closely the model follows the measured surface, 0..1."""
+        return 1.0 / (1.0 + (self.residual(scene, tolerance) / _SPREAD) ** 2)
+
+    def measures(self, scene: SceneView, explained: Floats, tolerance: float) -> Floats:
+        """Return residual [mm], surface beyond the outline, and both of `shape_shown` (4,)."""
+        image, mask = scene.image, scene.parts.mask
+        place = (self.left, self.top, self.depth)
+        residual = self.residual(scene, tolerance)
+        beyond = surface_beyond(*place, image.smooth, mask, explained, tolerance)
+        shown = shape_shown(self.evidence, self.left, self.top, image.normals)
+        return np.array([1000.0 * residual, beyond, *shown], np.float32)
+
 
 class Drafter:
     """Draws the models of a library into a scene."""
 
-    def __init__(self, library: ModelLibrary, scene: SceneView, tolerance: float) -> None:
+    def __init__(
+        self,
+        library: ModelLibrary,
+        scene: SceneView,
+        tolerance: float,
+        focus: SceneView | None = None,
+        resting: bool = False,
+    ) -> None:
+        """Prepare for one scene.
+
+        Args:
+            library: the models.
+            scene: what drawings are compared with.
+            tolerance: of a match at 1 m [m].
+            focus: the scene with only those pixels that poses are refined on, None = all.
+            resting: whether stable poses settle which of several equal turns it is.
+        """
         self._library = library
         self._scene = scene
         self._tolerance = tolerance
+        self._focus = focus or scene
+        self._resting = resting and scene.parts.table is not None
 
     def drawing(self, model: int, pose: Floats) -> Drawing:
         """Return a model drawn at a pose (12,)."""
@@ -101,11 +139,11 @@ class Drafter:
         if final:
             settle(pose, *mesh, *self._scene.measured, _FINAL_STEPS, 1)
         else:
-            settle(pose, *mesh, *self._scene.surface, _STEPS, 2)
+            settle(pose, *mesh, *self._focus.surface, _STEPS, 2)
 
     def aligned(self, models: NDArray[np.int64], poses: Floats) -> tuple[NDArray[np.int64], Floats]:
         """Return the hypotheses worth drawing, aligned to the scene, best first in each region."""
-        library, scene = self._library, self._scene
+        library, scene = self._library, self._focus
         surface = (library.points, library.normals, library.offsets)
         align(poses, models, *surface, _ALIGNED_POINTS, *scene.surface, _ALIGNMENT)
         score, match = support_of_all(
@@ -146,8 +184,8 @@ class Drafter:
             factor = max((ends + 5.0) / (ends + goes_on + 5.0), _LEAST_CONTOUR_FACTOR)
             if self.lowest(int(model), pose, drawing) < -_BELOW:
                 factor *= 0.7
-            colored = max(float(np.exp(-drawing.mismatch)), _LEAST_COLOR_FACTOR)
-            factors.append(factor * colored)
+            factor *= max(float(np.exp(-drawing.mismatch)), _LEAST_COLOR_FACTOR)
+            factors.append(factor * drawing.closeness(self._scene, self._tolerance))
             start += drawing.evidence.size
         return Evidence(
             np.concatenate(values),
@@ -169,11 +207,9 @@ class Drafter:
         along = plane[:3] @ pose[:9].reshape(3, 3)
         lowest = float((self._library.vertices[model] @ along).min())
         height, width = drawing.depth.shape
-        rows = slice(max(0, drawing.top - _AROUND), drawing.top + height + _AROUND)
-        columns = slice(max(0, drawing.left - _AROUND), drawing.left + width + _AROUND)
-        around = scene.parts.height[rows, columns]
-        bare = (scene.parts.mask[rows, columns] == 0) & (np.abs(around) < _BENT) & (around != 0.0)
-        table = float(np.median(around[bare])) if bare.sum() > _LEAST_AROUND else 0.0
+        top, left = max(0, drawing.top - _AROUND), max(0, drawing.left - _AROUND)
+        bottom, right = drawing.top + height + _AROUND, drawing.left + width + _AROUND
+        table = scene.table_height(left, top, right, bottom)
         return lowest + float(plane[:3] @ pose[9:] + plane[3]) - table
 
     def best_turn(self, model: int, pose: Floats, explained: Floats) -> tuple[Floats, float]:
@@ -185,7 +221,8 @@ class Drafter:
             explained: (H, W) evidence of the other objects.
 
         Returns:
-            The pose (12,), and the share of the turns that explain almost as much as the best.
+            The pose (12,), and the share of the turns that explain almost as much as the best but
+            put the object differently.
         """
         library, scene = self._library, self._scene
         rotations, about = library.turns[model], library.spin_points[model]
@@ -201,7 +238,8 @@ class Drafter:
             explained,
         )
         best, best_worth = pose, self.drawing(model, pose).worth(explained)
-        alike = float(np.mean(worth > 0.98 * max(best_worth, float(worth.max()))))
+        close = worth > 0.98 * max(best_worth, float(worth.max()))
+        alike = float(np.mean(close & library.turns_matter[model]))
         for k in np.argsort(-worth, kind="stable")[:_TURNS_REFINED]:
             if worth[k] < 0.7 * best_worth:
                 break
@@ -215,7 +253,8 @@ class Drafter:
     def _middle(self, model: int, pose: Floats, worth: float, explained: Floats) -> Floats:
         """Return the pose turned to the middle of the turns that explain as much.
 
-        A mug's handle that is hidden may be anywhere behind the mug: its middle errs least.
+        A mug's handle that is hidden may be anywhere behind the mug: its middle errs least. On a
+        table only the turns in which the mug rests best come into question.
         """
         library, scene = self._library, self._scene
         spins, about = library.turns[model][: SPINS - 1], library.spin_points[model]
@@ -236,9 +275,24 @@ class Drafter:
         if equal.all() or not (equal[0] or equal[-1]):
             return pose
         ahead, behind = int(np.argmin(equal)), int(np.argmin(equal[::-1]))
-        middle = int((ahead - behind) / 2)
+        steps = np.arange(-behind, ahead + 1)
+        if self._resting:
+            steps = steps[self._rests(model, pose, steps)]
+        middle = int(steps[np.argmin(np.abs(steps - 0.5 * (ahead - behind)))])
         if middle == 0:
             return pose
         # turn k is that by k + 1 steps; from the end they count backwards
         other: Floats = turned(pose, spins[middle - 1 if middle > 0 else middle], about)
         return other
+
+    def _rests(self, model: int, pose: Floats, steps: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return which turns (K,), in steps about the spin axis, come nearest to a stable pose."""
+        spins = self._library.turns[model][: SPINS - 1]
+        whole = np.concatenate([np.eye(3, dtype=np.float32)[None], spins])[steps]
+        up = self._scene.plane[:3] @ (pose[:9].reshape(3, 3) @ whole)
+        stable = self._library.models[model].stable_poses[:, 2, :3]
+        tilt = np.arccos(np.clip((up @ stable.T).max(axis=1), -1.0, 1.0))
+        if tilt.min() > _TILTED:
+            return np.ones(len(steps), dtype=bool)
+        nearest: NDArray[np.bool_] = tilt <= tilt.min() + _AS_STABLE
+        return nearest

@@ -7,10 +7,14 @@ from numpy.typing import NDArray
 
 from intent_perception.conflict import quality_of
 from intent_perception.explanation import (
+    DISAGREE,
     DRAWN,
+    FRONT,
     HIDDEN,
     MATCH,
     RESIDUAL,
+    TABLE,
+    UNKNOWN,
 )
 
 if TYPE_CHECKING:
@@ -19,27 +23,31 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float32]
 
 FEATURES = {
-    "quality": 2.0,
-    "goes on": -16.0,
-    "hidden": -3.5,
-    "off the table": -4.0,
-    "newly explained": 1.0,
-    "rival": -1.8,
-    "contour": 0.7,
-    "colour mismatch": -0.5,
-    "residual": -0.4,
-    "size": 0.2,
-    "alike": 0.0,
+    "quality": (2.15, 1),
+    "goes on": (-3.05, -1),
+    "hidden": (-1.38, -1),
+    "off the table": (-0.67, -1),
+    "newly explained": (1.58, 1),
+    "rival": (-1.15, -1),
+    "contour": (0.84, 1),
+    "colour mismatch": (-1.00, -1),
+    "residual": (-0.08, -1),
+    "size": (0.21, 1),
+    "alike": (-7.24, -1),
+    "in front": (-2.01, -1),
+    "unknown": (-1.61, -1),
+    "on the table": (0.00, -1),
+    "disagree": (0.00, -1),
+    "patch residual": (-0.42, -1),
+    "beyond": (-1.91, -1),
+    "shape 1": (0.00, 1),
+    "shape 2": (0.91, 1),
 }
-"""What each feature is and its weight relative to the others.
-
-A free fit to rendered scenes puts more on heights and contours than real depth images bear, whose
-planes bend and whose edges are lost; so only the scale of all weights and the bias are fitted.
-"""
-_WEIGHTS = np.array(list(FEATURES.values()))
-# Set by hand on development scenes; colour weighs little, since the demonstration room has darker
-# and warmer lamps. `python -m intent_perception.fit_confidence` is still to be run on the whole.
-_SCALE, _BIAS = 1.17, 1.0
+"""What each feature is: its weight, and the sign that its meaning allows (0: either)."""
+SIGNS = tuple(sign for _, sign in FEATURES.values())
+_WEIGHTS = np.array([weight for weight, _ in FEATURES.values()])
+_BIAS = -0.56
+_LARGEST_MISMATCH = 4.0
 
 
 def features_of(
@@ -49,8 +57,9 @@ def features_of(
     alike: float,
     worth: float,
     rival: float,
+    measures: Floats,
 ) -> Floats:
-    """Return what the confidence is computed from (11,).
+    """Return what the confidence is computed from (F,).
 
     Args:
         drawing: the object in the scene.
@@ -59,6 +68,7 @@ def features_of(
         alike: share of the turns that look alike.
         worth: what the object newly explains [pixel].
         rival: what the best other model would explain, relative to this one.
+        measures: of `Drawing.measures` (4,).
     """
     counts = drawing.counts
     ends, goes_on = contour
@@ -72,10 +82,15 @@ def features_of(
             min(max(worth, 0.0) / match, 1.0),
             min(rival, 1.2),
             min(ends, 40) / 40.0,
-            min(drawing.mismatch, 3.0),
+            min(drawing.mismatch, _LARGEST_MISMATCH),
             min(counts[RESIDUAL] / match * 1000.0, 5.0),
             np.log(max(worth, 20.0) / 100.0),
             alike,
+            counts[FRONT] / drawn,
+            counts[UNKNOWN] / drawn,
+            counts[TABLE] / drawn,
+            counts[DISAGREE] / drawn,
+            *measures,
         ],
         np.float32,
     )
@@ -83,9 +98,4 @@ def features_of(
 
 def confidence(features: Floats) -> float:
     """Return the probability that a detection with these features is right."""
-    return float(1.0 / (1.0 + np.exp(-(_SCALE * evidence_for(features) + _BIAS))))
-
-
-def evidence_for(features: Floats) -> float:
-    """Return the weighted sum of features (11,), the log-odds up to scale and bias."""
-    return float(features @ _WEIGHTS)
+    return float(1.0 / (1.0 + np.exp(-(features @ _WEIGHTS + _BIAS))))

@@ -31,6 +31,17 @@ class Evidence:
     factors: Floats
     """(N,) by which else the hypotheses are weighted: contour, table."""
 
+    def joined(self, other: "Evidence") -> "Evidence":
+        """Return the evidence of these hypotheses and of others, in this order."""
+        windows = other.windows.copy()
+        windows[:, 4] += len(self.values)
+        return Evidence(
+            np.concatenate([self.values, other.values]),
+            np.concatenate([self.windows, windows]),
+            np.concatenate([self.counts, other.counts]),
+            np.concatenate([self.factors, other.factors]),
+        )
+
 
 def quality_of(counts: Floats) -> Floats:
     """Return which share of what can be judged speaks for each hypothesis, 0..1.

@@ -11,9 +11,10 @@ from intent_perception.confidence import confidence, features_of
 from intent_perception.conflict import Evidence, explained_by, gains, quality_of, select
 from intent_perception.explanation import DRAWN, MATCH
 from intent_perception.geometry import Array
-from intent_perception.hypotheses import Slots, pair_iterations, sample_pairs
+from intent_perception.hypotheses import pair_iterations, sample_pairs
 from intent_perception.model_library import ModelLibrary
 from intent_perception.oriented_image import OrientedImage, orient
+from intent_perception.pose_slots import Slots
 from intent_perception.scene_view import SceneView
 from intent_perception.segmentation import Segmentation, segment
 from intent_perception.table import TablePlane, find_table
@@ -23,6 +24,8 @@ Floats = NDArray[np.float32]
 
 _COARSE = 1.7  # the first stage allows for the error of a single pair
 _SELECTIONS = 3
+_USUAL_MODELS = 6  # in a larger library each pair or point is looked up more often
+_LEFT = 0.5  # of the pixels that an object must explain, what refinement may leave
 _SLOTS = 3  # poses kept of each model in each image cell
 
 
@@ -52,6 +55,8 @@ class DetectorConfig:
     """Scene points from which resting poses are proposed."""
     resting_lookups: int = 600
     """Resting model points tried for each of them."""
+    second_look: bool = True
+    """Whether to search once more on the pixels that the objects found leave unexplained."""
     refined_per_model: int = 80
     """Hypotheses of each model that are refined on their points."""
     tolerance: float = 0.006
@@ -91,6 +96,32 @@ class Detection:
     """Share of its silhouette that is seen."""
     features: Floats
     """What the confidence is computed from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """N refined hypotheses and their evidence."""
+
+    models: NDArray[np.int64]
+    """(N,) numbers in the library."""
+    poses: Floats
+    """(N, 12)."""
+    evidence: Evidence
+    """What they say about the pixels."""
+
+    def joined(self, other: "Candidates") -> "Candidates":
+        """Return these and others."""
+        return Candidates(
+            np.concatenate([self.models, other.models]),
+            np.concatenate([self.poses, other.poses]),
+            self.evidence.joined(other.evidence),
+        )
+
+    def explained(self, chosen: NDArray[np.int64], shape: tuple[int, int]) -> Floats:
+        """Return the best evidence (H, W) that some of them give for each pixel."""
+        evidence = self.evidence
+        explained: Floats = explained_by(evidence.values, evidence.windows, chosen, shape)
+        return explained
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,20 +173,40 @@ class Detector:
         config = self.config
         rng = np.random.default_rng(config.seed)
         scene = SceneView.of(image, segment(image, table, allowed))
-        slots, hypotheses = self.generated(scene, rng)
-        drafter = Drafter(self.library, scene, config.tolerance)
-        models, poses = drafter.aligned(*slots.best(config.refined_per_model))
-        evidence = drafter.evidence(models, poses)
-        chosen = self._chosen(scene, drafter, models, poses, evidence)
-        found = [
-            self._detection(scene, drafter, models, poses, evidence, chosen, k)
-            for k in range(len(chosen))
-        ]
-        ranked = sorted(found, key=lambda detection: -detection.confidence)
+        drafter = Drafter(self.library, scene, config.tolerance, resting=not config.hash_only)
+        candidates, hypotheses = self._candidates(scene, scene, rng)
+        chosen = self._chosen(scene, drafter, candidates)
+        if config.second_look and len(chosen):
+            explained = candidates.explained(chosen, scene.shape)
+            more, made = self._candidates(scene, scene.without(explained), rng)
+            candidates, hypotheses = candidates.joined(more), hypotheses + made
+            if len(more.models):
+                chosen = self._chosen(scene, drafter, candidates)
+        found = [self._detection(scene, drafter, candidates, chosen, k) for k in range(len(chosen))]
+        kept = [detection for detection in found if detection is not None]
+        ranked = sorted(kept, key=lambda detection: -detection.confidence)
         return Findings(tuple(ranked), image, scene.parts, hypotheses)
 
-    def generated(self, scene: SceneView, rng: np.random.Generator) -> tuple[Slots, int]:
-        """Return the poses that passed the first stage, and how many were generated."""
+    def _candidates(
+        self, scene: SceneView, focus: SceneView, rng: np.random.Generator
+    ) -> tuple[Candidates, int]:
+        """Return the hypotheses worth a decision on the pixels in focus, and how many were made."""
+        slots, made = self.generated(focus, rng, int(scene.parts.mask.sum()))
+        drafter = Drafter(self.library, scene, self.config.tolerance, focus)
+        models, poses = drafter.aligned(*slots.best(self.config.refined_per_model))
+        return Candidates(models, poses, drafter.evidence(models, poses)), made
+
+    def generated(
+        self, scene: SceneView, rng: np.random.Generator, whole: int | None = None
+    ) -> tuple[Slots, int]:
+        """Return the poses that passed the first stage, and how many were generated.
+
+        Args:
+            scene: with the pixels to draw from.
+            rng: of the draws.
+            whole: object pixels of the whole scene, if these are only the rest: then fewer draws
+                do for the same success.
+        """
         library, config = self.library, self.config
         slots = Slots.empty(len(library), *scene.shape, _SLOTS)
         pixels = np.argwhere(scene.parts.mask == 1).astype(np.int64)
@@ -165,10 +216,13 @@ class Detector:
         models = (library.points, library.normals, library.offsets, library.coarse, library.axes)
         kept = (slots.columns, slots.score, slots.pose)
         made = 0
+        part = len(pixels) / max(whole or 0, len(pixels))
+        resting = int(config.resting_points * part)
+        more = max(1.0, len(library) / _USUAL_MODELS) ** 0.5  # siblings share their pairs
         if scene.parts.table is not None and not config.hash_only:
-            some = rng.choice(len(pixels), min(config.resting_points, len(pixels)), replace=False)
+            some = rng.choice(len(pixels), min(resting, len(pixels)), replace=False)
             made += sample_resting(
-                config.resting_lookups,
+                int(config.resting_lookups * more),
                 rng,
                 pixels[np.sort(some)],
                 scene.points,
@@ -182,8 +236,8 @@ class Detector:
                 *kept,
             )
         made += sample_pairs(
-            pair_iterations(config.success, config.assumed_share),
-            config.pair_lookups,
+            pair_iterations(config.success, min(1.0, config.assumed_share / part)),
+            int(config.pair_lookups * more),
             rng,
             pixels,
             scene.points,
@@ -200,15 +254,10 @@ class Detector:
         return slots, int(made)
 
     def _chosen(
-        self,
-        scene: SceneView,
-        drafter: Drafter,
-        models: NDArray[np.int64],
-        poses: Floats,
-        evidence: Evidence,
+        self, scene: SceneView, drafter: Drafter, candidates: Candidates
     ) -> NDArray[np.int64]:
         """Return the hypotheses that stand together; those in the midst of a surface stand back."""
-        config = self.config
+        config, evidence = self.config, candidates.evidence
         factors = evidence.factors.copy()
         chosen = np.zeros(0, np.int64)
         for _ in range(_SELECTIONS):
@@ -216,10 +265,9 @@ class Detector:
             chosen = select(weighted, scene.shape, config.least_pixels, config.least_quality, 0.5)
             before = factors.copy()
             for k, index in enumerate(chosen):
-                explained = explained_by(
-                    evidence.values, evidence.windows, np.delete(chosen, k), scene.shape
-                )
-                drawing = drafter.drawing(int(models[index]), poses[index])
+                explained = candidates.explained(np.delete(chosen, k), scene.shape)
+                model = int(candidates.models[index])
+                drawing = drafter.drawing(model, candidates.poses[index])
                 ends, goes_on = drawing.contour(scene, explained, config.tolerance)
                 ratio = (ends + 5.0) / (ends + goes_on + 5.0)
                 factors[index] = min(factors[index], ratio**2)
@@ -231,20 +279,23 @@ class Detector:
         self,
         scene: SceneView,
         drafter: Drafter,
-        models: NDArray[np.int64],
-        poses: Floats,
-        evidence: Evidence,
+        candidates: Candidates,
         chosen: NDArray[np.int64],
         k: int,
-    ) -> Detection:
-        """Return the k-th chosen hypothesis, turned, refined and with its confidence."""
+    ) -> Detection | None:
+        """Return the k-th chosen hypothesis, turned, refined and with its confidence.
+
+        None if hardly anything that others do not explain is left to it after refinement.
+        """
+        models, evidence = candidates.models, candidates.evidence
         model = int(models[chosen[k]])
-        explained = explained_by(
-            evidence.values, evidence.windows, np.delete(chosen, k), scene.shape
-        )
-        pose, alike = drafter.best_turn(model, poses[chosen[k]].copy(), explained)
+        explained = candidates.explained(np.delete(chosen, k), scene.shape)
+        pose, alike = drafter.best_turn(model, candidates.poses[chosen[k]].copy(), explained)
         drafter.settle(model, pose, final=True)
         drawing = drafter.drawing(model, pose)
+        worth = drawing.worth(explained)
+        if worth < _LEFT * self.config.least_pixels:
+            return None
         new, against = gains(evidence.values, evidence.windows, explained)
         rivals = (new - against) * quality_of(evidence.counts) ** 3 * evidence.factors
         rival = float(np.max(rivals, where=models != model, initial=0.0))
@@ -253,8 +304,9 @@ class Detector:
             drawing.contour(scene, explained, self.config.tolerance),
             drafter.lowest(model, pose, drawing),
             alike,
-            drawing.worth(explained),
+            worth,
             rival / max(float(rivals[chosen[k]]), 1.0),
+            drawing.measures(scene, explained, self.config.tolerance),
         )
         return Detection(
             model,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.alternatives import spin_axis, turns
+from intent_perception.alternatives import spin_axis, turns, turns_that_matter
 from intent_perception.geometry import Array, make_pose
 from intent_perception.loading import GREY
 from intent_perception.model import ObjectModel
@@ -56,6 +56,8 @@ class ModelLibrary:
     """(M, 3) a point of the axis about which each model is nearest to a surface of revolution."""
     turns: tuple[Floats, ...]
     """M times (K, 3, 3) turns that may look alike, see `alternatives`."""
+    turns_matter: tuple[NDArray[np.bool_], ...]
+    """M times (K,) which of them change what an ideal camera could see."""
     vertices: tuple[Floats, ...]
     """M times (V, 3) mesh vertices [m]."""
     faces: tuple[NDArray[np.int32], ...]
@@ -96,6 +98,10 @@ class ModelLibrary:
             (m.stable_poses @ make_pose(np.eye(3), m.center)).astype(np.float32) for m in chosen
         ]
         spins = [spin_axis(p, s.normals) for p, s in zip(points, surfaces, strict=True)]
+        turned = tuple(
+            turns(direction, not axis.any())
+            for (_, direction), axis in zip(spins, axes, strict=True)
+        )
         return cls(
             models=chosen,
             centers=centers,
@@ -111,9 +117,10 @@ class ModelLibrary:
             offsets=offsets,
             coarse=np.minimum(COARSE_POINTS, np.diff(offsets)),
             spin_points=np.array([point for point, _ in spins], np.float32),
-            turns=tuple(
-                turns(direction, not axis.any())
-                for (_, direction), axis in zip(spins, axes, strict=True)
+            turns=turned,
+            turns_matter=tuple(
+                turns_that_matter(p, s.normals, rotations, spin[0].astype(np.float32))
+                for p, s, rotations, spin in zip(points, surfaces, turned, spins, strict=True)
             ),
             vertices=tuple((m.mesh.vertices - m.center).astype(np.float32) for m in chosen),
             faces=tuple(m.mesh.faces for m in chosen),

@@ -11,7 +11,8 @@ from intent_perception.matching import FOUND, PoseError, pose_error, surface_gap
 from intent_perception.model import ObjectModel
 from intent_perception.tabletop import PlacedObject, TabletopScene
 
-_LEAST_PIXELS = 150
+LEAST_PIXELS = 150
+"""Objects of which fewer pixels are seen do not count."""
 _BINS = 10
 
 
@@ -63,7 +64,7 @@ class Score:
         if not truth:
             self.false_in_empty.append(len(claims))
         for item in truth:
-            if item.pixels >= _LEAST_PIXELS:
+            if item.pixels >= LEAST_PIXELS:
                 mine = found.get(id(item))
                 self.seen.append((item.visibility, mine == "model", mine is not None))
         return results

@@ -13,6 +13,7 @@ from intent_perception.oriented_image import OrientedImage
 _CELL = 0.02  # edge of the grid cells that decide which inliers hang together [m]
 _SKIP = 7  # of the valid pixels, one in this many is used
 _LEAST_IN_CELL = 2
+_LEAST_AREA = 0.03  # smaller planes are sides of objects [m^2]
 _SAMPLES = 4000
 _TRIALS = 200
 
@@ -153,4 +154,6 @@ def _outline(
     kept = flat[labels[cells[:, 0], cells[:, 1]] == largest]
     # counter-clockwise seen from above
     hull = cv2.approxPolyDP(cv2.convexHull(kept.astype(np.float32)), 0.002, True)
+    if cv2.contourArea(hull) < _LEAST_AREA:
+        return None
     return np.asarray(hull[:, 0, :], np.float32)
