@@ -24,7 +24,8 @@ Floats = NDArray[np.float32]
 
 _COARSE = 1.7  # the first stage allows for the error of a single pair
 _SELECTIONS = 3
-_USUAL_MODELS = 6  # in a larger library each pair or point is looked up more often
+_USUAL_MODELS = 6  # in a larger library each pair or point is looked up more often,
+_GROWTH = 0.3  # by this power of its size
 _LEFT = 0.5  # of the pixels that an object must explain, what refinement may leave
 _SLOTS = 3  # poses kept of each model in each image cell
 
@@ -218,7 +219,7 @@ class Detector:
         made = 0
         part = len(pixels) / max(whole or 0, len(pixels))
         resting = int(config.resting_points * part)
-        more = max(1.0, len(library) / _USUAL_MODELS) ** 0.5  # siblings share their pairs
+        more = max(1.0, len(library) / _USUAL_MODELS) ** _GROWTH  # siblings share their pairs
         if scene.parts.table is not None and not config.hash_only:
             some = rng.choice(len(pixels), min(resting, len(pixels)), replace=False)
             made += sample_resting(
