@@ -66,3 +66,19 @@ def test_a_can_is_lifted_with_friction_and_slips_without(friction: float, held: 
         outcome = world.execute(candidate([-0.165, 0.0, 0.075]), 0, "pouring")
     assert outcome.held == held
     assert [snapshot.stage for snapshot in outcome.snapshots][-1] == "tilt"
+
+
+@pytest.mark.slow
+def test_an_object_stands_where_it_was_placed_whatever_its_centre_of_mass() -> None:
+    pytest.importorskip("pybullet")
+    from intent_imitation.execution import World
+    from intent_inference.simulation.grasping_hand import GraspingHand
+
+    hammer = ObjectDatabase.load()["hammer_4"]
+    assert np.linalg.norm(hammer.require_volume().center_of_mass) > 0.03
+    pose = make_pose(np.eye(3), [0.1, -0.2, 0.0]) @ hammer.stable_poses[0]
+    with World(GraspingHand.load("schunk"), [hammer], pose[None]) as world:
+        outcome = world.execute(candidate([0.8, 0.8, 0.3]), 0, "pouring")
+    first = outcome.snapshots[0].T_table_objects[0]
+    np.testing.assert_allclose(first[:3, 3], pose[:3, 3], atol=0.002)
+    assert not outcome.held

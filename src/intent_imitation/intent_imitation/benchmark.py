@@ -7,6 +7,8 @@ import argparse
 import json
 import os
 import platform
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -14,9 +16,16 @@ from typing import Any
 
 import numpy as np
 
+from intent_imitation.inferred import compared
+from intent_imitation.library import GraspLibrary
 from intent_imitation.trials import TASKS, Laboratory, Trial, run_trial
+from intent_inference.model import TaskModel
+from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_perception.objects import ObjectDatabase
 
 _TABLES, _FEW = 240, 24
+_COPIED = 12
+"""Of this many tables in a row, one of each task is also answered by copying the human."""
 
 
 def choices(seed: int, quick: bool, pictures: Path | None) -> dict[str, Any]:
@@ -26,7 +35,7 @@ def choices(seed: int, quick: bool, pictures: Path | None) -> dict[str, Any]:
     trials = []
     for number in range(_FEW if quick else _TABLES):
         scene = laboratory.maker.make(TASKS[number % len(TASKS)], rng)
-        trials.append(run_trial(laboratory, scene, rng))
+        trials.append(run_trial(laboratory, scene, rng, copying=number % _COPIED < len(TASKS)))
     return {
         **rates(trials),
         "planning_ms_median": 1e3 * float(np.median([t.seconds for t in trials])),
@@ -46,11 +55,13 @@ def rates(trials: Sequence[Trial]) -> dict[str, Any]:
         "scenes_fitting": len(fitting),
         "object_correct": share(t.correct for t in fitting),
         "object_correct_class_only": share(t.class_only for t in fitting),
+        "object_correct_class_guessed": share(t.class_guessed for t in fitting),
         "refusal_correct": share(t.refused for t in empty),
         "executed_hold": share(t.held for t in trials),
         "executed_rule": rule,
         "executed_rule_random": random_rule,
         "executed_rule_gain": gain(rule, random_rule),
+        "copied": sum(t.copied_rule is not None for t in trials),
         "copy_human_rule": share(t.copied_rule for t in trials),
         "copy_human_hold": share(t.copied_held for t in trials),
     }
@@ -69,7 +80,31 @@ def share(values: Iterable[bool | float | None]) -> float | None:
     return float(np.mean(known)) if known else None
 
 
-PARTS: dict[str, Callable[[int, bool, Path | None], dict[str, Any]]] = {"choices": choices}
+def inferred(seed: int, quick: bool, _: Path | None) -> dict[str, Any]:
+    """Return how grasps read off BN^R fare against preplanned ones, on objects drawn at random."""
+    library, database = GraspLibrary.load(), ObjectDatabase.load()
+    rng = np.random.default_rng(seed)
+    names = rng.permutation(sorted(library.sets))[: 4 if quick else 16]
+    hand, model = GraspingHand.load(library.hand), TaskModel.shipped(library.hand)
+    return {"inferred": compared(model, hand, library, [database[str(name)] for name in names])}
+
+
+def graph(seed: int, quick: bool, _: Path | None) -> dict[str, Any]:
+    """Return the running graph's latency; None where no ROS is installed and built."""
+    command = [sys.executable, "-m", "intent_imitation.graph_probe_node", "--seed", str(seed)]
+    command += ["--answers", "8" if quick else "40"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        print(f"no graph: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
+        return {"graph": None}
+    return {"graph": json.loads(done.stdout.strip().splitlines()[-1])}
+
+
+PARTS: dict[str, Callable[[int, bool, Path | None], dict[str, Any]]] = {
+    "choices": choices,
+    "inferred": inferred,
+    "graph": graph,
+}
 
 
 def machine() -> dict[str, Any]:

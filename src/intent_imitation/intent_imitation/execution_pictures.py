@@ -15,7 +15,7 @@ from intent_perception.camera import Camera
 from intent_perception.geometry import look_at
 from intent_perception.objects import ObjectModel
 
-_CAMERA = Camera(400, 460, 620.0, 620.0, 199.5, 229.5)
+STRIP_CAMERA = Camera(400, 460, 620.0, 620.0, 199.5, 229.5)
 _GOOD, _BAD = (0.10, 0.65, 0.35), (0.85, 0.25, 0.20)
 
 
@@ -39,7 +39,7 @@ def picture_of_execution(
     T_table_camera = look_at(eye, middle)
     tiles = []
     for index, snapshot in enumerate(outcome.snapshots):
-        tile = studio(_CAMERA, T_table_camera, _bodies(snapshot, hand, models, target))
+        tile = studio(STRIP_CAMERA, T_table_camera, _bodies(snapshot, hand, models, target))
         text, color = (words, (1.0, 1.0, 1.0)) if index == 0 else (snapshot.stage, (1.0, 1.0, 1.0))
         if snapshot is last:
             text = f"{snapshot.stage}: {'held' if outcome.held else 'lost'}"

@@ -1,6 +1,6 @@
 """What simulated grasps say is true of a scene: the benchmark's judge, unknown to the planner."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from intent_perception.sdf import SignedDistance
 
 _UPRIGHT = 0.5
 """A vessel pours only if its opening points up: cosine of 60 degrees."""
-_CHECKED = 60
+_CHECKED = 150
 """Labelled grasps per object that are checked for room."""
 
 
@@ -71,18 +71,23 @@ def read_experience(path: Path, hand: GraspingHand) -> dict[str, LabelledGrasps]
 class Judge:
     """Knows from labelled grasps which objects of a scene afford its task."""
 
-    def __init__(self, hand: GraspingHand, experience: dict[str, LabelledGrasps]) -> None:
-        self._hand, self._experience = hand, experience
-        self._distances: dict[str, SignedDistance] = {}
+    def __init__(
+        self,
+        hand: GraspingHand,
+        experience: dict[str, LabelledGrasps],
+        distance: Callable[[str], SignedDistance],
+    ) -> None:
+        """Take labelled grasps by object, and what gives the signed distance of a model."""
+        self._hand, self._experience, self._distance = hand, experience, distance
 
     def affording(self, scene: Scene) -> tuple[bool, ...]:
         """Return for each object whether a grasp with the task's label can be reached there."""
         return tuple(self._affords(scene, index) for index in range(len(scene.models)))
 
-    def share(self, name: str, task: str) -> float:
-        """Return the share of an object's stable grasps that afford a task; NaN if unknown."""
+    def share(self, name: str, task: str) -> float | None:
+        """Return the share of an object's stable grasps that afford a task; None if unknown."""
         known = self._experience.get(name)
-        return float("nan") if known is None else float(known.labels[task].mean())
+        return None if known is None else float(known.labels[task].mean())
 
     def _affords(self, scene: Scene, index: int) -> bool:
         model, pose = scene.models[index], scene.T_table_objects[index]
@@ -97,7 +102,8 @@ class Judge:
         if len(rows) == 0:
             return False
         obstacles = [
-            Obstacle(p, self._distance(scene, k)) for k, p in enumerate(scene.T_table_objects)
+            Obstacle(p, self._distance(scene.models[k].name))
+            for k, p in enumerate(scene.T_table_objects)
         ]
         target = obstacles.pop(index)
         gaps = clearances(
@@ -110,9 +116,3 @@ class Judge:
             tuple(obstacles),
         )
         return bool(np.any((gaps.surroundings > 0.002) & (gaps.target > -0.010)))
-
-    def _distance(self, scene: Scene, index: int) -> SignedDistance:
-        model = scene.models[index]
-        if model.name not in self._distances:
-            self._distances[model.name] = SignedDistance.from_mesh(model.mesh)
-        return self._distances[model.name]

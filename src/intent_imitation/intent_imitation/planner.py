@@ -7,6 +7,7 @@ and a* is the grasp with the greatest p(t* | o*, a); BN^R answers both. We weigh
 second, and pass over objects without a reachable grasp for the task: the robot must be able to act.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,7 +24,8 @@ from intent_inference.intention import TaskPosterior
 from intent_inference.model import TaskModel
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObjects
+from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_perception.sdf import SignedDistance
 
 __all__ = ["GraspCandidate", "GraspPlan", "GraspPlanner", "ObjectChoice", "PlannerConfig"]
 
@@ -123,6 +125,14 @@ class GraspPlanner:
             if self._source.knows(item.model):
                 self._source.distance(item.model)
                 self._chance(item.model, item.object_class)
+
+    def kinds(self, item: RecognizedObject) -> Mapping[str, float]:
+        """Return p(class) of a recognised object: as told, or as its shape suggests."""
+        return self._source.kinds(item.model, item.object_class)
+
+    def distance(self, model: str) -> SignedDistance:
+        """Return the signed distance of a model's mesh, in its object frame."""
+        return self._source.distance(model)
 
     def step(self, posterior: TaskPosterior) -> GraspPlan | None:
         """Return the answer to a final posterior; None while it is preliminary or says nothing."""

@@ -33,9 +33,9 @@ from intent_perception.objects import ObjectDatabase, ObjectModel
 
 _TRIES = 700
 """Hypotheses tried for each rest of an object."""
-_WANTED = (9, 4, 3)
+_WANTED = (16, 6, 4)
 """Grasps wanted for the natural rest and for two others."""
-_SHAKEN = 30
+_SHAKEN = 40
 """Candidates shaken at most for each rest."""
 
 
@@ -159,6 +159,10 @@ def main() -> None:
             save_grasps(file, practised)
         elif arguments.again:
             kept = shaken_again(model, hand, load_grasps(file)[0])
+            if not kept:
+                file.unlink()
+                print(f"{model.name:16s} no grasp holds any more", flush=True)
+                continue
             save_grasps(file, kept)
         grasps = load_grasps(file)[0]
         target = TaskObject(model)

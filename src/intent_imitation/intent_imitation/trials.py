@@ -2,12 +2,13 @@
 
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 import intent_inference
+from intent_imitation.affordance import task_chances
 from intent_imitation.copying import copied_grasp
 from intent_imitation.execution import Outcome, World
 from intent_imitation.execution_pictures import picture_of_execution
@@ -18,11 +19,12 @@ from intent_imitation.plan import GraspCandidate
 from intent_imitation.planner import GraspPlanner
 from intent_imitation.scenes import FITTING, Scene, SceneMaker, merged
 from intent_inference.dataset import read_grasps
+from intent_inference.features import Features
 from intent_inference.learning.fitting import train
-from intent_inference.model import TaskModel
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.labels import label_grasp
 from intent_inference.simulation.task_object import TaskObject
+from intent_inference.variables import OBJECT_CLASS
 from intent_perception.objects import CLUTTER, ObjectDatabase, ObjectModel
 
 DATA = Path(intent_inference.__file__).parent / "share" / "data"
@@ -48,6 +50,8 @@ class Trial:
     """The chosen object affords the task (tables with a fitting object)."""
     class_only: bool | None = None
     """The object of the class most likely for the task affords it."""
+    class_guessed: bool | None = None
+    """The same where hidden classes are guessed from the shape."""
     held: bool | None = None
     """The executed grasp held through lift and task motion."""
     rule: bool | None = None
@@ -78,13 +82,15 @@ class Laboratory:
         with tempfile.TemporaryDirectory() as folder:
             file = merged_table([path for path in TABLES if path.is_file()], Path(folder))
             table = read_grasps(file, list(TASKS))
-            self.judge = Judge(self.hand, read_experience(file, self.hand))
+            experience = read_experience(file, self.hand)
         practised = ~np.isin(table.columns["object_id"], list(self.unseen))
         self.model = train(table.select(practised), np.random.default_rng(seed))
         self.maker = SceneMaker(known, clutter, self.unseen)
-        self.planner = GraspPlanner(
-            merged(known, clutter), model=self.model, library=GraspLibrary.load()
-        )
+        library = GraspLibrary.load()
+        met = library.kinds.only([m.name for m in known.models if m.name not in self.unseen])
+        library = replace(library, kinds=met)
+        self.planner = GraspPlanner(merged(known, clutter), model=self.model, library=library)
+        self.judge = Judge(self.hand, experience, self.planner.distance)
         self.human = read_experience(DATA / "human.csv.gz", GraspingHand.load("human"))
         self._targets: dict[str, TaskObject] = {}
 
@@ -95,49 +101,70 @@ class Laboratory:
         return self._targets[model.name]
 
 
-def run_trial(laboratory: Laboratory, scene: Scene, rng: np.random.Generator) -> Trial:
-    """Plan on one table, judge the choice, carry out the grasp and the copied posture."""
+def run_trial(
+    laboratory: Laboratory, scene: Scene, rng: np.random.Generator, copying: bool = True
+) -> Trial:
+    """Plan on one table, judge the choice, carry out the grasp and the human's posture.
+
+    Args:
+        laboratory: what all trials share.
+        scene: the table and the task.
+        rng: of the human grasp to be copied.
+        copying: whether to carry out the human's posture too.
+    """
     objects = scene.recognized()
     laboratory.planner.start(objects)
     started = time.process_time()
     plan = laboratory.planner.plan(scene.task)
     seconds = time.process_time() - started
-    affording = laboratory.judge.affording(scene)
-    fitting = any(affording)
-    blind = affording[class_choice(laboratory.model, scene, rng)] if fitting else None
+    affording = list(laboratory.judge.affording(scene))
+    rivals = (
+        class_choice(laboratory, scene, rng, told=True),
+        class_choice(laboratory, scene, rng, told=False),
+    )
     if not plan.grasps:
         hidden = any(u and a for u, a in zip(scene.unseen, affording, strict=True))
-        missed = False if fitting else None
-        return Trial(scene.task, fitting, hidden, True, seconds, missed, blind)
+        blank = Trial(scene.task, any(affording), hidden, True, seconds)
+        if not any(affording):
+            return blank
+        told, guessed = (affording[rival] for rival in rivals)
+        return replace(blank, correct=False, class_only=told, class_guessed=guessed)
     index = [item.id for item in objects.objects].index(plan.grasps[0].object_id)
     outcome, rule = executed(laboratory, scene, plan.grasps[0], index, "chosen")
-    share = laboratory.judge.share(scene.models[index].name, scene.task)
-    copied = copied_posture(laboratory, scene, index, rng)
-    copied_held = copied_rule = None
-    if copied is not None:
-        copied_outcome, copied_rule = executed(laboratory, scene, copied, index, "copied")
-        copied_held = copied_outcome.held
-    return Trial(
+    if outcome.held and rule:
+        affording[index] = True  # what has been done can be done
+    trial = Trial(
         scene.task,
-        fitting,
+        any(affording),
         scene.unseen[index],
         False,
         seconds,
-        affording[index] if fitting else None,
-        blind,
-        outcome.held,
-        rule,
-        None if np.isnan(share) else share,
-        copied_held,
-        copied_rule,
+        held=outcome.held,
+        rule=rule,
+        random_rule=laboratory.judge.share(scene.models[index].name, scene.task),
     )
+    if trial.fitting:
+        told, guessed = (affording[rival] for rival in rivals)
+        trial = replace(trial, correct=affording[index], class_only=told, class_guessed=guessed)
+    copied = copied_posture(laboratory, scene, index, rng) if copying else None
+    if copied is not None:
+        copied_outcome, copied_rule = executed(laboratory, scene, copied, index, "copied")
+        trial = replace(trial, copied_held=copied_outcome.held, copied_rule=copied_rule)
+    return trial
 
 
-def class_choice(model: TaskModel, scene: Scene, rng: np.random.Generator) -> int:
-    """Return the object that the class alone would choose; hidden classes are all alike."""
-    classes = np.array([item.object_class for item in scene.recognized().objects])
-    chances = model.posterior({"obcl": classes})[:, model.tasks.index(scene.task)]
-    return int(np.argmax(chances + 1e-6 * rng.random(len(chances))))
+def class_choice(laboratory: Laboratory, scene: Scene, rng: np.random.Generator, told: bool) -> int:
+    """Return the object that the class alone would choose.
+
+    Hidden classes are all alike (told), or taken to be those that the shapes suggest.
+    """
+    planner, column = laboratory.planner, laboratory.model.tasks.index(scene.task)
+    chances = []
+    for item in scene.recognized().objects:
+        known: Features = {OBJECT_CLASS: np.array([item.object_class])}
+        kinds = {} if told else planner.kinds(item)
+        chances.append(task_chances(laboratory.model, known, kinds)[0, column])
+    return int(np.argmax(np.array(chances) + 1e-6 * rng.random(len(chances))))
 
 
 def executed(
