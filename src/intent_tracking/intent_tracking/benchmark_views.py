@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -70,9 +70,12 @@ def view_sequence(view: str, seed: int, frames: int | None = None) -> ViewSequen
 
 
 def started(sequence: ViewSequence, config: TrackerConfig, rng: np.random.Generator) -> Tracker:
-    """Return a tracker that begins within 10 mm and 10 degrees of the first frame's truth."""
+    """Return a tracker that begins within 10 mm and 10 degrees of the first frame's truth.
+
+    The views have no table.
+    """
     first = sequence.truths[0]
-    tracker = Tracker({sequence.model.name: sequence.model}, config)
+    tracker = Tracker({sequence.model.name: sequence.model}, replace(config, table=False))
     item = RecognizedObject(
         OBJECT,
         OBJECT,

@@ -18,20 +18,16 @@ from intent_tracking.hand_detection import (
     find_hand,
     hand_pixels,
 )
-from intent_tracking.hand_kernel import hand_buffers
+from intent_tracking.hand_kernel import Single, hand_buffers
 from intent_tracking.hand_shape import HandShapeEstimate, shaped_hand
 from intent_tracking.held_objects import expected, note_objects, reconsidered, ties_of
-from intent_tracking.initialisation import (
-    Candidate,
-    candidates,
-    region_evidence,
-)
+from intent_tracking.initialisation import Candidate, candidates, region_evidence
 from intent_tracking.labelling import OF_HAND
 from intent_tracking.object_kernel import geometry_of
 from intent_tracking.object_life import ObjectLife
 from intent_tracking.scene import HAND_SIZE, SceneState
 from intent_tracking.scene_track import Fit, PackedObjects, SceneTrack, View
-from intent_tracking.tile import covering_square, cut_tile
+from intent_tracking.tile import Tile, covering_square, cut_tile
 from intent_tracking.tracker_config import TrackerConfig
 from intent_tracking.uncertainty import state_deviation
 
@@ -98,6 +94,7 @@ class Tracker:
         self._scenery_lives = [ObjectLife(pose) for pose in poses]
         self._hypotheses: list[Hypothesis] = []
         self._side: Side | None = None
+        self._place: Single | None = None
         self._frames = 0
         self._buffers = hand_buffers()
 
@@ -105,7 +102,7 @@ class Tracker:
         """Start from a known hand pose instead of searching for one."""
         state = self._scenery.state.with_hand(T_camera_hand, joints)
         self._hypotheses = [self._hypothesis(side, state, 0.2)]
-        self._side = side
+        self._side, self._place = side, state.values[:3]
 
     def step(self, frame: RgbdFrame) -> SceneState:
         """Return hand and objects in one frame.
@@ -178,6 +175,8 @@ class Tracker:
             return True
         if hypothesis is self._hypotheses[0]:
             state = hypothesis.track.state
+            if hypothesis.age > max(self.config.young_trials):
+                self._place = state.values[:3]
             far = start_state([state.pose(1 + k) for k in range(len(hypothesis.lives))])
             self._scenery.state = self._scenery.before = far
             self._scenery_lives = hypothesis.lives
@@ -270,7 +269,7 @@ class Tracker:
         }
         rng = np.random.default_rng([config.seed, self._frames])
         moves = self._table is not None and self._frames >= config.still_frames
-        still = self._still if moves else None
+        still = self._furniture(tile) if moves else None
         for region in find_hand(
             tile, depth, self._table, self._appearance, still, config.detection
         ):
@@ -286,6 +285,16 @@ class Tracker:
                 evidence, seen, region, hands, config.track.weights, config.initialisation, rng
             )
         return sorted(found, key=lambda candidate: candidate.cost)
+
+    def _furniture(self, tile: Tile) -> Single:
+        """Return the first depth (S, S), 0 around a hand that may have been there from then on."""
+        place = self._place
+        if self._hypotheses:
+            place = self._hypotheses[0].track.state.values[:3]
+        if place is None:
+            return self._still
+        near = np.linalg.norm(tile.points - place[:, None, None], axis=0) < self.config.hand_reach
+        return np.where(near, np.float32(0.0), self._still)
 
     def _hypothesis(self, side: Side, state: BodyState, cost: float) -> Hypothesis:
         track = SceneTrack(self._hands[side], state, self._packed, self._track_config)

@@ -42,6 +42,8 @@ class TrackerConfig:
     """Frames between such trials."""
     still_frames: int = 4
     """Frames after which, at a table, only what has moved may be a new hand."""
+    hand_reach: float = 0.22
+    """Nothing within this distance of a wrist that was followed is taken for furniture [m]."""
     first_cost: float = 0.25
     """Cost below which a pose is published before that."""
     least_area: float = 0.0008
