@@ -23,7 +23,7 @@ from intent_inference.model import TaskModel
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_perception.objects import ObjectDatabase
 
-_TABLES, _FEW = 240, 24
+_TABLES, _FEW = 200, 24
 _COPIED = 12
 """Of this many tables in a row, one of each task is also answered by copying the human."""
 

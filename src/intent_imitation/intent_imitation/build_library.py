@@ -1,9 +1,10 @@
 """Build the robot's grasp library from simulated, shaken grasps.
 
-python -m intent_imitation.build_library --grasps FOLDER [--hand schunk] [--out FILE]
+python -m intent_imitation.build_library --grasps FOLDER [FOLDER …] [--hand schunk] [--out FILE]
 
-FOLDER holds the archives that `python -m intent_inference.simulate --hand schunk` leaves, one per
-object. Grasps are chosen for stability and variety alone: labels and margins are never read.
+A folder holds the archives that `python -m intent_inference.simulate --hand schunk` leaves, or
+`python -m intent_imitation.practise`, one per object. Grasps are chosen for stability and variety
+alone: labels and margins are never read.
 """
 
 import argparse
@@ -89,7 +90,9 @@ def kinds_of(models: Sequence[ObjectModel]) -> Kinds:
 def main(command_line: Sequence[str] | None = None) -> None:
     """Build a library and print how many grasps each object got."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
-    parser.add_argument("--grasps", type=Path, required=True, help="folder of archives (.npz)")
+    parser.add_argument(
+        "--grasps", type=Path, nargs="+", required=True, help="folders of archives (.npz)"
+    )
     parser.add_argument("--hand", default="schunk", help="name or file of the hand")
     parser.add_argument("--models", default=None, help="object database; default: the shipped one")
     parser.add_argument("--count", type=int, default=200, help="grasps per object at most")
@@ -98,7 +101,7 @@ def main(command_line: Sequence[str] | None = None) -> None:
     hand = GraspingHand.load(arguments.hand)
     database = ObjectDatabase.load(arguments.models)
     by_object: dict[str, list[SimulatedGrasp]] = {}
-    for archive in sorted(arguments.grasps.glob("*.npz")):
+    for archive in (file for folder in arguments.grasps for file in sorted(folder.glob("*.npz"))):
         for grasp in load_grasps(archive)[0]:
             by_object.setdefault(grasp.object_name, []).append(grasp)
     known = {model.name: model for model in database.models}
@@ -109,7 +112,7 @@ def main(command_line: Sequence[str] | None = None) -> None:
     }
     sets = {name: grasps for name, grasps in sets.items() if len(grasps) > 0}
     if not sets:
-        parser.error(f"no held grasps of known objects in {arguments.grasps}")
+        parser.error(f"no held grasps of known objects in {', '.join(map(str, arguments.grasps))}")
     file = arguments.out or SHARE / f"{hand.name}.npz"
     kinds = kinds_of([known[name] for name in sets])
     GraspLibrary(arguments.hand, sets, kinds).save(file)
