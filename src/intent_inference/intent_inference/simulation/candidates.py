@@ -26,7 +26,7 @@ class FilterConfig:
 
     residual: float = 0.25
     """Largest share of the weight, from any side, that the contacts may fail to hold."""
-    friction: float = 0.6
+    friction: float = 0.5
     """Coulomb coefficient, below the real one: what needs all friction does not survive."""
 
     def __post_init__(self) -> None:
@@ -124,6 +124,7 @@ class CandidateSource:
             self.filter.friction,
             self.target.weight,
             self._limits[approach],
+            self.hand.strength,
         )
         if residual > self._limits[approach]:
             return Fate.UNSTABLE, None

@@ -12,8 +12,6 @@ from intent_perception.sdf import SignedDistance
 from intent_tracking.joint_table import Array
 
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
-_STRONGEST = 60.0
-"""Sum of the normal forces that a grasp may need to hold an object [N]."""
 _NEAR = 0.0018
 """A link touches where its skin is this close to the object [m]."""
 PAD = 0.004
@@ -106,10 +104,11 @@ def gravity_residual(
     friction: float,
     weight: float,
     enough: float = 1.0,
+    strength: float = 60.0,
 ) -> float:
     """Return the largest share of its weight, over six directions, that the contacts cannot hold.
 
-    0: gravity from any side can be held with normal forces that add up to at most 60 N.
+    0: gravity from any side can be held with the hand's strength; at least 0.3: it needs more.
 
     Args:
         contacts: the contacts.
@@ -118,6 +117,7 @@ def gravity_residual(
         friction: Coulomb's coefficient.
         weight: the object's weight [N].
         enough: stop at the first direction whose share is above this.
+        strength: sum of the normal forces that the hand can exert [N].
     """
     if len(contacts.points) < 2:
         return 1.0
@@ -125,7 +125,7 @@ def gravity_residual(
     worst = 0.0
     for direction in _DIRECTIONS:
         weights, residual = nnls(basis, np.concatenate([-direction, np.zeros(3)]))
-        excess = 0.3 if weight * weights.sum() > _STRONGEST else 0.0
+        excess = 0.3 if weight * weights.sum() > strength else 0.0
         worst = max(worst, float(residual), excess)
         if worst > enough:
             break

@@ -102,6 +102,8 @@ class GraspingHand:
     grips: dict[str, Array]
     """Share of the torque limits (J,) that each pre-shape uses: a pinch balances the fingers."""
     arrays: HandArrays
+    strength: float
+    """Sum of the normal forces that the static filter lets it exert [N]."""
     squeeze: float
     """The fingers' targets lie this far beyond the contact, times the closing speed [rad]."""
 
@@ -141,8 +143,9 @@ class GraspingHand:
         effort = _effort(table, chains, description)
         grips = {entry["name"]: _grip(table, chains, entry) for entry in description["preshapes"]}
         arrays = _arrays(table, chains, description)
+        strength = float(description.get("strength", 60.0))
         squeeze = float(description.get("squeeze", 0.05))
-        return cls(name, table, chains, preshapes, effort, grips, arrays, squeeze)
+        return cls(name, table, chains, preshapes, effort, grips, arrays, strength, squeeze)
 
 
 def _table(source: str, folder: Path) -> JointTable:
