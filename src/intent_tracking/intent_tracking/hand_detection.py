@@ -31,6 +31,8 @@ class DetectionConfig:
     """Side of the coarse image in which hands are searched [pixels]."""
     farthest: float = 1.5
     """Nothing beyond is a hand [m]."""
+    farthest_bare: float = 1.3
+    """The same without a table, where a wall may be as near [m]."""
     clearance: float = 0.015
     """Height above the table from which pixels count [m]."""
     ceiling: float = 0.6
@@ -84,7 +86,8 @@ def body_pixels(
     tile: Tile, rest_depth: Single, table: Array | None, config: DetectionConfig
 ) -> NDArray[np.bool_]:
     """Return the pixels (S, S) that belong to neither table nor known objects."""
-    body = (tile.depth > 0.15) & (tile.depth < config.farthest)
+    farthest = config.farthest if table is not None else config.farthest_bare
+    body = (tile.depth > 0.15) & (tile.depth < farthest)
     body &= ~(np.abs(tile.depth - rest_depth) < config.rest_tolerance)
     if table is not None:
         height = np.tensordot(table[:3].astype(np.float32), tile.points, 1) + np.float32(table[3])

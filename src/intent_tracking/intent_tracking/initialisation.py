@@ -60,6 +60,8 @@ class InitialisationConfig:
     coarse_scale: float = 0.025
     """Outlier scale of the first refinement [m]."""
     fine_scale: float = 0.010
+    farthest: float = 0.25
+    """No wrist lies farther from the middle of its hand [m]."""
     tile_size: int = 96
 
 
@@ -162,7 +164,8 @@ def candidates(
             _sweep(arrays, seen, v, r, config, int(rng.integers(1 << 30)))
         _refine(arrays, evidence, fine, values, rotations, config.fine_iterations)
         for v, r in zip(values, rotations, strict=True):
-            found.append(Candidate(side, BodyState(v, r), _cost(arrays, seen, v, r)))
+            if np.linalg.norm(v[:3] - region.center) < config.farthest:
+                found.append(Candidate(side, BodyState(v, r), _cost(arrays, seen, v, r)))
     return sorted(found, key=lambda candidate: candidate.cost)
 
 
