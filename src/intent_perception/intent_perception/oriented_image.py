@@ -52,7 +52,8 @@ def orient(frame: RgbdFrame, focal_length: float, radius: float, max_depth: floa
         frame: the RGB-D frame.
         focal_length: [pixel]; a sensor with at least 1.5 times this is reduced by a whole factor.
         radius: half the edge of the window in which a plane is fitted [m].
-        max_depth: measurements beyond are dropped [m].
+        max_depth: what is measured beyond is no surface to look at, but shows that nothing is in
+            front of it [m].
     """
     stride = max(1, round(frame.camera.fx / focal_length))
     depth = np.ascontiguousarray(frame.depth[stride // 2 :: stride, stride // 2 :: stride])
@@ -60,9 +61,9 @@ def orient(frame: RgbdFrame, focal_length: float, radius: float, max_depth: floa
     if stride > 1:
         color = cv2.blur(color, (stride, stride))[stride // 2 :: stride, stride // 2 :: stride]
     camera = _strided(frame.camera, stride, depth.shape)
-    depth = np.where(depth < max_depth, depth, np.float32(0.0))
+    near = np.where(depth < max_depth, depth, np.float32(0.0))
     smooth, normals = fit_planes(
-        depth, camera.fx, camera.fy, camera.cx, camera.cy, np.float32(radius)
+        near, camera.fx, camera.fy, camera.cx, camera.cy, np.float32(radius)
     )
     return OrientedImage(camera, depth, smooth, normals, color.astype(np.float32) / 255.0, stride)
 
