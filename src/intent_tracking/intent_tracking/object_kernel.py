@@ -18,6 +18,8 @@ GRID_SPACING, GRID_MARGIN = 0.003, 0.02
 """Step and border of the distance grids [m]."""
 DRAWN_DETAIL = 0.006
 """Details below this are not drawn: about two pixels of the tile [m]."""
+COARSE_DETAIL = 0.012
+"""The same on the swarm's smaller tile [m]."""
 
 
 class ObjectGeometry(NamedTuple):
@@ -65,6 +67,12 @@ def geometry_of(model: ObjectModel) -> ObjectGeometry:
     distance = SignedDistance.from_mesh(model.mesh, GRID_SPACING, GRID_MARGIN)
     vertices, faces = simplified(model.mesh.vertices, model.mesh.faces, DRAWN_DETAIL)
     return ObjectGeometry(distance, surface, vertices, faces, model.symmetry.axis)
+
+
+def coarser_geometry(geometry: ObjectGeometry) -> ObjectGeometry:
+    """Return an object with the triangles that a small drawing can show."""
+    vertices, faces = simplified(geometry.vertices, geometry.faces, COARSE_DETAIL)
+    return geometry._replace(vertices=vertices, faces=faces)
 
 
 def simplified(

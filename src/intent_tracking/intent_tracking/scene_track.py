@@ -1,6 +1,7 @@
 """One hypothesis of the scene followed over frames: a hand of one side and all objects."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,12 @@ from intent_tracking.labelling import (
     evidence_of,
     label_pixels,
 )
-from intent_tracking.object_kernel import ObjectArrays, ObjectGeometry, object_arrays
+from intent_tracking.object_kernel import (
+    ObjectArrays,
+    ObjectGeometry,
+    coarser_geometry,
+    object_arrays,
+)
 from intent_tracking.objective import Labelled, draw_objects, forth_costs, rendered_cost
 from intent_tracking.posture import shipped_posture, surprise
 from intent_tracking.pso import minimise
@@ -88,6 +94,11 @@ class PackedObjects:
         if key not in self._packed:
             self._packed[key] = object_arrays([self.geometries[k] for k in chosen])
         return self._packed[key]
+
+    @cached_property
+    def coarse(self) -> "PackedObjects":
+        """The same objects with fewer triangles, for many small drawings."""
+        return PackedObjects([coarser_geometry(geometry) for geometry in self.geometries])
 
 
 class SceneTrack:
@@ -236,7 +247,8 @@ class SceneTrack:
         rng: np.random.Generator,
     ) -> BodyState:
         """Return the best of a particle swarm on the published cost around a start."""
-        config, objects = self.config, self.objects(active)
+        config = self.config
+        objects = self.objects.coarse(active) if move_objects else self.objects(active)
         seen = coarser(view.seen, config.swarm_size)
         costs = np.zeros(particles, np.float32)
 
