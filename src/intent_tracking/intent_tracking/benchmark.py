@@ -165,7 +165,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--part", choices=sorted(PARTS))
     parser.add_argument("--seed", type=int, default=0, help="from 1000 on: for reports")
     parser.add_argument("--quick", action="store_true", help="fewer seeds, frames and bags")
-    parser.add_argument("--bags", type=Path, default=Path("bags/generated"))
+    parser.add_argument("--bags", type=Path, default=Path("bags"))
     parser.add_argument("--json", default="-", help="file, or - for standard output")
     options = parser.parse_args(arguments)
     began = time.perf_counter()

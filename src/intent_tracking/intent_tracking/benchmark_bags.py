@@ -31,9 +31,14 @@ class BagErrors:
 
 
 def bags_with_truth(folder: Path) -> list[Path]:
-    """Return the bags below a folder that have a truth with a hand, sorted."""
-    found = sorted(path.parent for path in folder.glob("*/truth.npz"))
-    return [path for path in found if np.any(np.load(path / "truth.npz")["hand_in_view"])]
+    """Return the bags below a folder that have a truth with a hand, sorted by name.
+
+    Of a shipped bag and one of the same name that was generated again, the latter counts.
+    """
+    found = [*folder.glob("*/truth.npz"), *folder.glob("generated/*/truth.npz")]
+    newest = {path.parent.name: path.parent for path in found}
+    bags = [newest[name] for name in sorted(newest)]
+    return [bag for bag in bags if np.any(np.load(bag / "truth.npz")["hand_in_view"])]
 
 
 def bag_errors(bag: Path, config: TrackerConfig) -> BagErrors:
