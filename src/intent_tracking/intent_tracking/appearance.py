@@ -38,6 +38,8 @@ class AppearanceModel:
 
     def __init__(self, colors: list[Array], config: AppearanceConfig | None = None) -> None:
         self._config = config or AppearanceConfig()
+        self.blind = False
+        """Whether the images are grey, so that colours say nothing."""
         priors = [skin_prior(), np.full(BINS, 1.0 / BINS), *(color_prior(c) for c in colors)]
         self._priors = np.stack(priors) * self._config.prior_pixels
         self._counts = np.zeros_like(self._priors)
@@ -46,7 +48,12 @@ class AppearanceModel:
             self._refresh(row)
 
     def log_probability(self, bins: NDArray[np.int32]) -> Single:
-        """Return (classes, ...) log p(colour | class) of bin numbers (...)."""
+        """Return (classes, ...) log p(colour | class) of bin numbers (...).
+
+        All are equal where the camera sees no colours.
+        """
+        if self.blind:
+            return np.zeros((len(self._log), *bins.shape), np.float32)
         return self._log[:, bins]
 
     def learn(self, row: int, bins: NDArray[np.int32]) -> None:

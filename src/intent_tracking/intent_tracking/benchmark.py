@@ -1,6 +1,7 @@
 """Command: the tracker's figures as JSON.
 
-python -m intent_tracking.benchmark [--part NAME] [--seed S] [--quick] [--bags DIR] [--json FILE|-]
+python -m intent_tracking.benchmark [--part NAME] [--seed S] [--quick] [--bags DIR]
+    [--picture F.png] [--json FILE|-]
 """
 
 import argparse
@@ -18,6 +19,7 @@ import numpy as np
 
 from intent_tracking.benchmark_bags import BagErrors, bag_errors, bags_with_truth
 from intent_tracking.benchmark_motions import motion_figures
+from intent_tracking.benchmark_real import real_figures
 from intent_tracking.benchmark_speed import evaluations_per_second, parallel_speedup
 from intent_tracking.benchmark_views import (
     VIEWS,
@@ -36,6 +38,7 @@ class Scope:
     seed: int
     quick: bool
     bags: Path
+    picture: Path | None
 
     @property
     def seeds(self) -> list[int]:
@@ -110,6 +113,11 @@ def dexycb(scope: Scope) -> dict[str, Any]:
     return {"dexycb": motion_figures(scope.seed, 3 if scope.quick else 30)}
 
 
+def real(scope: Scope) -> dict[str, Any]:
+    """Return how the tracker starts on real depth frames; null without the data."""
+    return {"real": real_figures(scope.seed, scope.picture)}
+
+
 def recoveries(scope: Scope) -> dict[str, Any]:
     """Return the rate at which a badly placed hand is found again."""
     sequence = view_sequence("v0", scope.seed, 60)
@@ -152,6 +160,7 @@ PARTS: dict[str, Callable[[Scope], dict[str, Any]]] = {
     "views": views,
     "bags": bags,
     "dexycb": dexycb,
+    "real": real,
     "recovery": recoveries,
     "speed": speed,
     "pso": pso,
@@ -166,6 +175,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="from 1000 on: for reports")
     parser.add_argument("--quick", action="store_true", help="fewer seeds, frames and bags")
     parser.add_argument("--bags", type=Path, default=Path("bags"))
+    parser.add_argument("--picture", type=Path, help="PNG that shows the fits of the part real")
     parser.add_argument("--json", default="-", help="file, or - for standard output")
     options = parser.parse_args(arguments)
     began = time.perf_counter()
@@ -177,7 +187,7 @@ def main(arguments: list[str] | None = None) -> int:
         },
         "seed": options.seed,
     }
-    scope = Scope(options.seed, options.quick, options.bags)
+    scope = Scope(options.seed, options.quick, options.bags, options.picture)
     for name in [options.part] if options.part else PARTS:
         figures.update(PARTS[name](scope))
     figures["seconds"] = time.perf_counter() - began

@@ -114,6 +114,7 @@ class Tracker:
             raise ValueError("expected Tracker.start before Tracker.step")
         if self._frames == 0:
             self._still = coarse_tile(frame, self.config.detection.size).depth
+            self._appearance.blind = not np.any(np.ptp(frame.color[::4, ::4], axis=2) > 4)
             self._learn_objects(frame)
         for hypothesis in self._hypotheses:
             self._follow(hypothesis, frame)
