@@ -92,18 +92,26 @@ def bags(scope: Scope, config: TrackerConfig | None = None) -> dict[str, Any]:
         return {"bags": None}
     chosen = found[:2] if scope.quick else found
     errors = [bag_errors(bag, config or TrackerConfig(seed=scope.seed)) for bag in chosen]
-    return {"bags": {**_bag_figures(errors), "each": {e.name: _bag_figures([e]) for e in errors}}}
+    numbers = sorted({e.objects for e in errors})
+    milliseconds = {
+        str(n): _bag_figures([e for e in errors if e.objects == n])["cpu_ms_per_frame"]
+        for n in numbers
+    }
+    each = {e.name: _bag_figures([e]) for e in errors}
+    return {"bags": {**_bag_figures(errors), "cpu_ms_by_objects": milliseconds, "each": each}}
 
 
 def _bag_figures(errors: list[BagErrors]) -> dict[str, float]:
     joints = np.concatenate([e.joints for e in errors])
     lost = np.concatenate([e.lost for e in errors])
+    seconds = np.concatenate([e.seconds[3:] for e in errors])
     return {
         "joint_error_mm": float(1e3 * joints.mean()) if len(joints) else float("nan"),
         "tracked_joint_error_mm": float(1e3 * joints[~lost].mean()) if (~lost).any() else 0.0,
         "lost_fraction": float(lost.mean()) if len(lost) else 0.0,
         "sides_right": float(np.mean([e.side_right for e in errors])),
-        "cpu_ms_per_frame": float(1e3 * np.concatenate([e.seconds[3:] for e in errors]).mean()),
+        "cpu_ms_per_frame": float(1e3 * seconds.mean()),
+        "p95_ms": float(1e3 * np.percentile(seconds, 95)),
         "count": len(errors),
     }
 

@@ -28,6 +28,8 @@ class BagErrors:
     """Whether the last answer names the right hand."""
     seconds: Array
     """(F,) CPU time of each step [s]."""
+    objects: int
+    """Number of objects that are followed."""
 
 
 def bags_with_truth(folder: Path) -> list[Path]:
@@ -67,4 +69,5 @@ def _compared(name: str, recording: Recording, truth: dict[str, Array]) -> BagEr
         np.isnan(error),
         bool(sides) and sides[-1] == str(truth["hand_side"]),
         recording.seconds,
+        len(recording.states[-1].object_ids),
     )
