@@ -112,6 +112,7 @@ def _bag_figures(errors: list[BagErrors]) -> dict[str, float]:
         "sides_right": float(np.mean([e.side_right for e in errors])),
         "cpu_ms_per_frame": float(1e3 * seconds.mean()),
         "p95_ms": float(1e3 * np.percentile(seconds, 95)),
+        "coverage_2sigma": float(np.concatenate([e.covered for e in errors]).mean()),
         "count": len(errors),
     }
 

@@ -4,10 +4,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from intent_perception.geometry import Array
+from intent_perception.geometry import Array, transform_points
 from intent_perception.objects import ObjectDatabase
+from intent_tracking.benchmark_views import joint_deviation
 from intent_tracking.recording import Recording, track_bag
+from intent_tracking.scene import SceneState
 from intent_tracking.tracker import TrackerConfig
 
 LOST_ERROR = 0.1
@@ -28,6 +31,8 @@ class BagErrors:
     """Whether the last answer names the right hand."""
     seconds: Array
     """(F,) CPU time of each step [s]."""
+    covered: Array
+    """Share of landmark coordinates within two published deviations, every fourth frame."""
     objects: int
     """Number of objects that are followed."""
 
@@ -69,5 +74,19 @@ def _compared(name: str, recording: Recording, truth: dict[str, Array]) -> BagEr
         np.isnan(error),
         bool(sides) and sides[-1] == str(truth["hand_side"]),
         recording.seconds,
+        _covered(recording.states[::4], rows[::4], truth),
         len(recording.states[-1].object_ids),
     )
+
+
+def _covered(
+    states: tuple[SceneState, ...], rows: NDArray[np.int64], truth: dict[str, Array]
+) -> Array:
+    """Return (F,) for each tracked frame in view."""
+    shares = []
+    for state, row in zip(states, rows, strict=True):
+        if state.hand_tracked and truth["hand_in_view"][row]:
+            expected = transform_points(state.T_table_camera, truth["joints_camera"][row])
+            offset = np.abs(state.joints_table - expected)
+            shares.append(float((offset <= 2.0 * joint_deviation(state)).mean()))
+    return np.array(shares)

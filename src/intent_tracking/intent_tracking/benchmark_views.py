@@ -131,7 +131,7 @@ def _frame_errors(
 def joint_deviation(state: SceneState) -> Array:
     """Return the deviation (21, 3) of the landmarks that the state's deviations imply [m].
 
-    The 26 values are taken as independent; NaN where the hand is not tracked.
+    Along the table's axes. The 26 values are taken as independent; NaN without a hand.
     """
     if not state.hand_tracked:
         return np.full((21, 3), np.nan)
