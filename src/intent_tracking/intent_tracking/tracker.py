@@ -68,6 +68,8 @@ class Tracker:
         self._hands: dict[Side, HandModel] = {
             side: HandModel.from_shape(side, self.shape.shape) for side in sides
         }
+        for side in sides:  # the first one of a side is slow; that must not fall into a frame
+            shaped_hand(side, self.shape.shape)
 
     def start(self, objects: RecognizedObjects) -> None:
         """Begin with recognised objects at rest and no hand.
