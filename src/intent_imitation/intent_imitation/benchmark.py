@@ -24,6 +24,8 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_perception.objects import ObjectDatabase
 
 _TABLES, _FEW = 200, 24
+_REPORTED = 20
+_SHOWN = ("object_correct", "refusal_correct", "executed_hold", "executed_rule")
 _COPIED = 12
 """Of this many tables in a row, one of each task is also answered by copying the human."""
 
@@ -36,6 +38,9 @@ def choices(seed: int, quick: bool, pictures: Path | None) -> dict[str, Any]:
     for number in range(_FEW if quick else _TABLES):
         scene = laboratory.maker.make(TASKS[number % len(TASKS)], rng)
         trials.append(run_trial(laboratory, scene, rng, copying=number % _COPIED < len(TASKS)))
+        if number % _REPORTED == _REPORTED - 1:
+            so_far = {name: rates(trials)[name] for name in _SHOWN}
+            print(f"{number + 1} tables: {so_far}", file=sys.stderr, flush=True)
     return {
         **rates(trials),
         "planning_ms_median": 1e3 * float(np.median([t.seconds for t in trials])),
