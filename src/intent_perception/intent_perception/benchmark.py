@@ -299,12 +299,11 @@ def main() -> None:
     }
     for name in [arguments.part] if arguments.part else PARTS:
         report[name] = PARTS[name](plan)
-    report["seconds"] = time.perf_counter() - start
-    text = json.dumps(report, indent=1)
+        report["seconds"] = time.perf_counter() - start
+        if arguments.json != "-":  # what is there, should a later part be stopped
+            Path(arguments.json).write_text(json.dumps(report, indent=1) + "\n")
     if arguments.json == "-":
-        print(text)
-    else:
-        Path(arguments.json).write_text(text + "\n")
+        print(json.dumps(report, indent=1))
 
 
 if __name__ == "__main__":
