@@ -44,7 +44,11 @@ def choices(seed: int, quick: bool, pictures: Path | None) -> dict[str, Any]:
     return {
         **rates(trials),
         "planning_ms_median": 1e3 * float(np.median([t.seconds for t in trials])),
-        "unseen": rates([t for t in trials if t.unseen]),
+        "unseen": {
+            **rates([t for t in trials if t.unseen]),
+            # Who refuses chooses no object: here the table decides.
+            "refusal_correct": share(t.refused for t in trials if t.strange and not t.fitting),
+        },
         "tasks": {task: rates([t for t in trials if t.task == task]) for task in TASKS},
     }
 

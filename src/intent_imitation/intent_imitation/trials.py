@@ -42,6 +42,8 @@ class Trial:
     """Some object affords the task."""
     unseen: bool
     """The chosen object (without a choice: one that fits) was not in training."""
+    strange: bool
+    """At least half of the objects on the table were not in training."""
     refused: bool
     """The planner said that nothing affords the task."""
     seconds: float
@@ -122,9 +124,10 @@ def run_trial(
         class_choice(laboratory, scene, rng, told=True),
         class_choice(laboratory, scene, rng, told=False),
     )
+    strange = 2 * sum(scene.unseen) >= len(scene.unseen)
     if not plan.grasps:
         hidden = any(u and a for u, a in zip(scene.unseen, affording, strict=True))
-        blank = Trial(scene.task, any(affording), hidden, True, seconds)
+        blank = Trial(scene.task, any(affording), hidden, strange, True, seconds)
         if not any(affording):
             return blank
         told, guessed = (affording[rival] for rival in rivals)
@@ -137,6 +140,7 @@ def run_trial(
         scene.task,
         any(affording),
         scene.unseen[index],
+        strange,
         False,
         seconds,
         held=outcome.held,
