@@ -46,17 +46,21 @@ def write_data_card(
         *_fate_table(archives),
         "",
         *_margin_table(rows),
-        "",
-        "## Pictures: positives (green) and nearest or typical negatives (red)",
-        "",
-        *(
-            f"![{task} with a {kind}](sheets/{hand}_{kind}_{task}.jpg)"
-            for task, kind in CELLS
-            if (folder / "sheets" / f"{hand}_{kind}_{task}.jpg").is_file()
-        ),
+        *_pictures(folder, hand),
     ]
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{hand}.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _pictures(folder: Path, hand: str) -> list[str]:
+    """Return links to the sheets that lie beside the card."""
+    links = [
+        f"![{task} with a {kind}](sheets/{hand}_{kind}_{task}.jpg)"
+        for task, kind in CELLS
+        if (folder / "sheets" / f"{hand}_{kind}_{task}.jpg").is_file()
+    ]
+    title = "## Pictures: positives (green) and nearest or typical negatives (red)"
+    return ["", title, "", *links] if links else []
 
 
 def _task_table(rows: Sequence[Row]) -> list[str]:
