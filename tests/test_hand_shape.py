@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hand_points import WEIGHTS, F, hand_pose, observed, prior_of
+from tests.hand_points import WEIGHTS, F, hand_pose, observed, prior_of
 
 from intent_tracking.body_state import BodyState
 from intent_tracking.hand import HandModel

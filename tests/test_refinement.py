@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hand_points import WEIGHTS, F, hand_pose, observed, prior_of
+from tests.hand_points import WEIGHTS, F, hand_pose, observed, prior_of
 
 from intent_tracking.hand import HandModel
 from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
