@@ -1,6 +1,5 @@
 """ROS for the tests: a domain of their own, nodes as processes, a probe that speaks and listens."""
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,7 +8,9 @@ import pytest
 pytest.importorskip("intent_msgs", reason="run scripts/test.sh: it sources the workspace")
 
 import rclpy
-from tests.ros.harness import Graph, Probe, private_domain
+from tests.ros.harness import Graph, Probe
+
+from intent_perception.ros_domain import private_domain
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -21,9 +22,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def _domain() -> Iterator[None]:
-    with private_domain() as domain:
-        os.environ["ROS_DOMAIN_ID"] = str(domain)
-        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    with private_domain():
         yield
 
 

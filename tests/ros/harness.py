@@ -1,13 +1,10 @@
 """Tools of the ROS tests: nodes as processes, and a node that speaks for a camera."""
 
-import fcntl
 import os
 import signal
 import subprocess
-import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,22 +24,6 @@ from intent_perception.ros import LATCHED
 
 CAMERA_FRAME = "camera_color_optical_frame"
 SECOND = 1_000_000_000
-
-
-@contextmanager
-def private_domain() -> Iterator[int]:
-    """Give a ROS domain that no other run on this machine uses (as scripts/graph.sh does)."""
-    for offset in range(100):
-        domain = 1 + (os.getpid() + offset) % 100
-        path = Path(tempfile.gettempdir()) / f"intent_domain_{os.getuid()}_{domain}"
-        with path.open("w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                continue
-            yield domain
-            return
-    raise RuntimeError("a hundred runs are active on this machine")
 
 
 class Graph:

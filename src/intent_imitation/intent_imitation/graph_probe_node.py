@@ -7,7 +7,6 @@ table, and times each answer by the wall clock. Prints one line of JSON.
 """
 
 import argparse
-import fcntl
 import json
 import os
 import signal
@@ -35,6 +34,7 @@ from intent_perception.frames import stamp_of
 from intent_perception.objects import CLUTTER, ObjectDatabase
 from intent_perception.recognition import RecognizedObjects
 from intent_perception.ros import LATCHED
+from intent_perception.ros_domain import private_domain
 
 _NODES = (
     ("intent_perception", "recognizer"),
@@ -91,7 +91,7 @@ class GraphProbe(Node):
 @contextmanager
 def running_graph() -> Iterator[None]:
     """Run the five nodes in a ROS domain that no other run on this machine uses."""
-    with _own_domain(), tempfile.TemporaryDirectory() as folder:
+    with private_domain(), tempfile.TemporaryDirectory() as folder:
         nodes = []
         for package, executable in _NODES:
             file = Path(get_package_prefix(package)) / "lib" / package / executable
@@ -105,23 +105,6 @@ def running_graph() -> Iterator[None]:
             for node in nodes:
                 os.killpg(node.pid, signal.SIGKILL)
                 node.wait()
-
-
-@contextmanager
-def _own_domain() -> Iterator[None]:
-    for offset in range(100):
-        domain = 1 + (os.getpid() + offset) % 100
-        path = Path(tempfile.gettempdir()) / f"intent_domain_{os.getuid()}_{domain}"
-        with path.open("w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                continue
-            os.environ["ROS_DOMAIN_ID"] = str(domain)
-            os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-            yield
-            return
-    raise RuntimeError("a hundred runs are active on this machine")
 
 
 def measured(answers: int, seed: int) -> dict[str, Any]:
