@@ -134,7 +134,8 @@ def _write_card(
 
     command = (
         f"python -m intent_inference.simulate --hand {options.hand} --per-object "
-        f"{options.per_object} --seed {options.seed} --out {Path(options.out).name}"
+        f"{options.per_object} --rounds {options.rounds} --seed {options.seed} "
+        f"--out {Path(options.out).name}"
     )
     archives = [config.path_of(name) for name in names]
     write_data_card(Path(options.card), Path(config.hand).stem, rows, archives, command)
