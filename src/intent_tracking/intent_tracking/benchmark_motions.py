@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from intent_perception.camera import KINECT, RgbdFrame
@@ -26,10 +27,11 @@ from intent_perception.recognition import RecognizedObjects
 from intent_perception.rendering import render
 from intent_perception.sensor import KinectNoise, observe
 from intent_tracking.benchmark_bags import LOST_ERROR
+from intent_tracking.benchmark_views import joint_deviation
 from intent_tracking.demonstrator import in_view
 from intent_tracking.demonstrator_hand import LOWER, UPPER, DemonstratorHand, sample_hand
 from intent_tracking.demonstrator_skin import Skin, make_skin
-from intent_tracking.recording import track_frames
+from intent_tracking.recording import Recording, track_frames
 from intent_tracking.tracker import TrackerConfig
 
 FRAMES = 45
@@ -65,7 +67,7 @@ def motion_figures(seed: int, sequences: int) -> dict[str, Any] | None:
     if not data_file().is_file():
         return None
     rng = np.random.default_rng([seed, 3])
-    errors, kept, lost, seconds = [], [], [], []
+    errors, kept, lost, seconds, covered = [], [], [], [], []
     for joints in recorded(sequences, rng):
         hand = sample_hand(rng)
         motion = performed(joints, hand)
@@ -88,14 +90,27 @@ def motion_figures(seed: int, sequences: int) -> dict[str, Any] | None:
         errors.append(np.where(known, error, LOST_ERROR))
         lost.append(~known)
         seconds.append(recording.seconds[3:])
+        covered += _covered(recording, truth, seen)
     return {
         "joint_error_mm": 1e3 * float(np.concatenate(errors).mean()),
         "kept_fraction": float(np.mean(kept)),
         "lost_fraction": float(np.concatenate(lost).mean()),
+        "coverage_2sigma": float(np.mean(covered)),
         "sequences": len(kept),
         "cpu_ms_per_frame": 1e3 * float(np.concatenate(seconds).mean()),
         "each_mm": [round(1e3 * float(e.mean()), 1) for e in errors],
     }
+
+
+def _covered(recording: Recording, truth: Array, seen: NDArray[np.bool_]) -> list[float]:
+    """Return the share of covered landmark coordinates, every fourth frame with a known hand."""
+    shares = []
+    for number in range(0, len(truth), 4):
+        state = recording.states[number]
+        if state.hand_tracked and seen[number]:
+            offset = np.abs(state.joints_table - truth[number])  # the table's frame is the camera's
+            shares.append(float((offset <= 2.0 * joint_deviation(state)).mean()))
+    return shares
 
 
 def recorded(sequences: int, rng: np.random.Generator) -> Iterator[Array]:
