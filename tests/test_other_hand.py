@@ -14,7 +14,10 @@ from intent_perception.objects import ObjectDatabase
 from intent_perception.recognition import RecognizedObject, RecognizedObjects
 
 GRIPPER = Path(__file__).parent / "data" / "parallel_gripper" / "gripper.yaml"
-OBJECTS = ("glass_1", "screwdriver_1")
+OBJECTS = ("mug_4", "screwdriver_1")
+PER_OBJECT = 110
+"""Simulated grasps differ between processors. So many give each task 50 that afford it and 90 that
+do not (seeds 0 to 2: 0.46 to 0.51 of the grasps of mug_4 pour); training needs 10 of either."""
 
 pytestmark = pytest.mark.slow
 
@@ -27,7 +30,7 @@ def planner(tmp_path_factory: pytest.TempPathFactory) -> GraspPlanner:
     table, network, library = (folder / name for name in ("d.csv.gz", "network.npz", "lib.npz"))
     made = simulate.main(
         ["--hand", str(GRIPPER), "--objects", ",".join(OBJECTS), "--out", str(table),
-         "--archive", str(folder / "raw"), "--per-object", "26", "--rounds", "12"]
+         "--archive", str(folder / "raw"), "--per-object", str(PER_OBJECT), "--rounds", "40"]
     )  # fmt: skip
     assert made == 0
     assert train.main(["--data", str(table), "--out", str(network)]) == 0
