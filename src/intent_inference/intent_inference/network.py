@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from intent_inference.network_kernel import run_schedule
 from intent_perception.geometry import Array
 
 Index = NDArray[np.int64]
@@ -51,16 +51,16 @@ class Schedule:
     """All constant tables, one after the other, then room for the messages of one query at a time:
     a schedule is not to be asked from two threads."""
     steps: Index
-    """(S, 8): likelihood start, states, message start, message size, first factor, end of factors,
-    first gate, end of gates."""
+    """(S, 9): likelihood start, states, message start, message size, first factor, end of factors,
+    first gate, end of gates, whether the only table is the variable's own (1 or 0)."""
     gates: Index
-    """(E, 3) variables of a message other than the target: likelihood start, entries between two
-    states, states. Entries in states of likelihood zero are skipped."""
+    """(E, 2) variables of a message other than the target: likelihood start, start of the map from
+    message entry to state. Entries in states of likelihood zero are skipped."""
     factors: Index
-    """(F, 3): start in the buffer, stride of the eliminated variable, start of the map from message
-    entry to factor entry."""
+    """(F, 4): start in the buffer, stride of the eliminated variable, start of the map from message
+    entry to factor entry, the step that made it (-1: a table)."""
     maps: Index
-    """Entries of a factor for each entry of the message made from it."""
+    """Entries of a factor, or states of a gate, for each entry of the message made from it."""
     networks: Index
     """(G, 4): first step, end of steps, first final factor, end of final factors."""
     finals: Index
@@ -87,7 +87,7 @@ class Schedule:
             raise ValueError("expected likelihoods that are finite and not negative")
         posterior = np.empty((len(self.networks), len(likelihoods), self.target_states))
         evidence = np.empty((len(self.networks), len(likelihoods)))
-        _run(
+        run_schedule(
             likelihoods, self.buffer, self.steps, self.gates, self.factors, self.maps,
             self.networks, self.finals, self.target_likelihood, posterior, evidence,
         )  # fmt: skip
@@ -96,105 +96,15 @@ class Schedule:
         return posterior, evidence
 
 
-_FAST = {"reassoc", "contract", "arcp", "nsz"}
-"""Sums may be vectorised; zeros and infinities keep their meaning."""
-
-
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
-def _run(
-    likelihoods: Array,
-    buffer: Array,
-    steps: Index,
-    gates: Index,
-    factors: Index,
-    maps: Index,
-    networks: Index,
-    finals: Index,
-    target_likelihood: Index,
-    posterior: Array,
-    evidence: Array,
-) -> None:
-    widest = np.max(steps[:, 1]) if len(steps) else 1
-    active = np.empty(widest, dtype=np.int64)
-    weight = np.empty(widest)
-    for n in range(likelihoods.shape[0]):
-        for g in range(networks.shape[0]):
-            log_scale = 0.0
-            for s in range(networks[g, 0], networks[g, 1]):
-                largest = _eliminate(
-                    likelihoods[n], buffer, steps[s], gates, factors, maps, active, weight
-                )
-                log_scale += np.log(largest)
-            total = 0.0
-            for k in range(posterior.shape[2]):
-                product = 1.0
-                if target_likelihood[g] >= 0:
-                    product = likelihoods[n, target_likelihood[g] + k]
-                for f in range(networks[g, 2], networks[g, 3]):
-                    product *= buffer[finals[f, 0] + k * finals[f, 1]]
-                posterior[g, n, k] = product
-                total += product
-            for k in range(posterior.shape[2]):
-                posterior[g, n, k] /= total
-            evidence[g, n] = log_scale + np.log(total)
-
-
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
-def _eliminate(
-    likelihood: Array,
-    buffer: Array,
-    step: Index,
-    gates: Index,
-    factors: Index,
-    maps: Index,
-    active: Index,
-    weight: Array,
-) -> float:
-    """Write one step's message, scaled to a largest entry of 1; return what it was scaled by."""
-    start, states, out, size, first, end, first_gate, end_gate = step
-    count = 0
-    for j in range(states):
-        if likelihood[start + j] > 0.0:
-            active[count] = j
-            weight[count] = likelihood[start + j]
-            count += 1
-    largest = 0.0
-    for o in range(size):
-        total = 0.0
-        if _possible(likelihood, gates, first_gate, end_gate, o):
-            base, stride = factors[first, 0] + maps[factors[first, 2] + o], factors[first, 1]
-            if end == first + 1:
-                for a in range(count):
-                    total += weight[a] * buffer[base + active[a] * stride]
-            else:
-                for a in range(count):
-                    product = weight[a] * buffer[base + active[a] * stride]
-                    for f in range(first + 1, end):
-                        entry = maps[factors[f, 2] + o] + active[a] * factors[f, 1]
-                        product *= buffer[factors[f, 0] + entry]
-                    total += product
-        buffer[out + o] = total
-        largest = max(largest, total)
-    if largest > 0.0:
-        for o in range(size):
-            buffer[out + o] /= largest
-    return largest
-
-
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
-def _possible(likelihood: Array, gates: Index, first: int, end: int, entry: int) -> bool:
-    """Return whether no variable of a message's entry is in a state that evidence rules out."""
-    for g in range(first, end):
-        if likelihood[gates[g, 0] + (entry // gates[g, 1]) % gates[g, 2]] == 0.0:
-            return False
-    return True
+_WITH_CHILDREN = 64.0
 
 
 @dataclass(frozen=True, eq=False)
 class _Factor:
     scope: tuple[int, ...]
     shape: tuple[int, ...]
-    is_message: bool
+    maker: int
+    """The step whose message this is, -1: a table."""
     start: int
 
     def strides(self) -> dict[int, int]:
@@ -225,7 +135,7 @@ class _Compiler:
         for variable, (parents, table) in enumerate(
             zip(network.parents, network.tables, strict=True)
         ):
-            live.append(_Factor((*parents, variable), table.shape, False, self.table_size))
+            live.append(_Factor((*parents, variable), table.shape, -1, self.table_size))
             self.tables.append(np.ascontiguousarray(table, dtype=np.float64).ravel())
             self.table_size += table.size
         first_step = len(self.steps)
@@ -239,7 +149,7 @@ class _Compiler:
         first_final = len(self.finals)
         for factor in live:
             stride = factor.strides().get(target, 0)
-            self.finals.append([int(factor.is_message), factor.start, stride])
+            self.finals.append([int(factor.maker >= 0), factor.start, stride])
         self.networks.append([first_step, len(self.steps), first_final, len(self.finals)])
 
     def _eliminate(
@@ -259,26 +169,42 @@ class _Compiler:
             for position, other in enumerate(scope):
                 entries += grid[position] * strides.get(other, 0)
             self.factors.append(
-                [int(factor.is_message), factor.start, strides[variable], self.map_size]
+                [
+                    int(factor.maker >= 0),
+                    factor.start,
+                    strides[variable],
+                    self.map_size,
+                    factor.maker,
+                ]
             )
             self.maps.append(entries)
             self.map_size += size
-        message = _Factor(scope, shape, True, self.message_size)
+        message = _Factor(scope, shape, len(self.steps), self.message_size)
+        tables = [f.scope[-1] for f in used if f.maker < 0]
         first_gate = len(self.gates)
-        for other, stride in message.strides().items():
+        for position, other in enumerate(scope):
             if other != target:
-                self.gates.append([int(starts[other]), stride, states[other]])
+                self.gates.append([int(starts[other]), self.map_size])
+                self.maps.append(grid[position].astype(np.int64))
+                self.map_size += size
         self.steps.append([
             int(starts[variable]), states[variable], message.start, size, first, len(self.factors),
-            first_gate, len(self.gates),
+            first_gate, len(self.gates), int(tables == [variable]),
         ])  # fmt: skip
         self.message_size += size
         return message
 
 
 def _cost(variable: int, live: Sequence[_Factor], states: tuple[int, ...]) -> float:
-    scope = {v for f in live if variable in f.scope for v in f.scope}
-    return float(np.prod([states[v] for v in scope], dtype=np.float64))
+    """Return the entries that eliminating a variable takes; more where its children are left.
+
+    From the leaves up, what is known narrows every message, and where nothing is known below a
+    variable its message is all ones.
+    """
+    used = [f for f in live if variable in f.scope]
+    scope = {v for f in used for v in f.scope}
+    children = any(f.maker < 0 and f.scope[-1] != variable for f in used)
+    return float(np.prod([states[v] for v in scope])) * (_WITH_CHILDREN if children else 1.0)
 
 
 def compile_networks(
@@ -308,13 +234,13 @@ def compile_networks(
             raise ValueError("expected likelihoods for every variable but the target")
         compiler.add(network, index, start)
         target_starts.append(int(start[index]))
-    steps = np.array(compiler.steps, dtype=np.int64).reshape(-1, 8)
+    steps = np.array(compiler.steps, dtype=np.int64).reshape(-1, 9)
     steps[:, 2] += compiler.table_size
     return Schedule(
         buffer=np.concatenate([*compiler.tables, np.zeros(compiler.message_size)]),
         steps=steps,
-        gates=np.array(compiler.gates, dtype=np.int64).reshape(-1, 3),
-        factors=_placed(compiler.factors, 4, compiler.table_size),
+        gates=np.array(compiler.gates, dtype=np.int64).reshape(-1, 2),
+        factors=_placed(compiler.factors, 5, compiler.table_size),
         maps=np.concatenate(compiler.maps) if compiler.maps else np.zeros(0, np.int64),
         networks=np.array(compiler.networks, dtype=np.int64),
         finals=_placed(compiler.finals, 3, compiler.table_size),

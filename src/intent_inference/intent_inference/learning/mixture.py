@@ -122,35 +122,66 @@ def fit_mixture(
     if len(samples) != len(responsibilities) or not np.all(np.isfinite(samples)):
         raise ValueError("expected finite samples (N, D) and responsibilities (N, K)")
     used = responsibilities.sum(axis=0) > 0.5
-    mixture = _maximised(samples, responsibilities[:, used], floor)
+    moments = _moments(samples)
+    mixture = _maximised(moments, responsibilities[:, used], samples.shape[1], floor)
     previous = -np.inf
     for _ in range(iterations):
-        joint = mixture.log_likelihoods(samples) + np.log(mixture.weights)
+        joint = moments @ _log_polynomial(mixture)
         top = joint.max(axis=1, keepdims=True)
-        shares = np.exp(joint - top)
+        joint -= top
+        shares = np.exp(joint, out=joint)
         total = shares.sum(axis=1, keepdims=True)
         level = float((top + np.log(total)).mean())
         if level - previous < tolerance:
             break
         previous = level
         shares /= total
-        mixture = _maximised(samples, shares[:, shares.sum(axis=0) > 0.5], floor)
+        kept = shares.sum(axis=0) > 0.5
+        shares = shares if kept.all() else shares[:, kept]
+        mixture = _maximised(moments, shares, samples.shape[1], floor)
     return mixture
 
 
-def _maximised(samples: Array, responsibilities: Array, floor: float) -> GaussianMixture:
+def _moments(samples: Array) -> Array:
+    """Return 1, x_i and x_i x_j (i <= j) of each sample, (N, 1 + D + D (D + 1) / 2).
+
+    A component's log density is linear in these, and its next parameters are their weighted means:
+    both steps of EM are one matrix product each.
+    """
+    first, second = np.triu_indices(samples.shape[1])
+    products = samples[:, first] * samples[:, second]
+    return np.concatenate([np.ones((len(samples), 1)), samples, products], axis=1)
+
+
+def _log_polynomial(mixture: GaussianMixture) -> Array:
+    """Return the coefficients (F, K) of log lambda_k p(x | k) over the moments of x."""
+    dimension = mixture.means.shape[1]
+    precisions = np.linalg.inv(mixture.covariances)
+    slopes = np.einsum("kij,kj->ki", precisions, mixture.means)
+    constant = np.log(mixture.weights) - 0.5 * (
+        dimension * _LOG_TWO_PI
+        + np.linalg.slogdet(mixture.covariances)[1]
+        + np.einsum("ki,ki->k", slopes, mixture.means)
+    )
+    first, second = np.triu_indices(dimension)
+    twice = np.where(first == second, 0.5, 1.0)
+    products = -twice * precisions[:, first, second]
+    return np.concatenate([constant[:, None], slopes, products], axis=1).T
+
+
+def _maximised(
+    moments: Array, responsibilities: Array, dimension: int, floor: float
+) -> GaussianMixture:
     """Return the M step: weights, means and covariances of the soft assignment."""
-    mass = responsibilities.sum(axis=0)
-    means = (responsibilities.T @ samples) / mass[:, None]
-    dimension = samples.shape[1]
+    sums = responsibilities.T @ moments
+    mass = sums[:, 0]
+    means = sums[:, 1 : 1 + dimension] / mass[:, None]
+    first, second = np.triu_indices(dimension)
     covariances = np.empty((len(mass), dimension, dimension))
+    covariances[:, first, second] = covariances[:, second, first] = sums[:, 1 + dimension :]
+    covariances -= mass[:, None, None] * means[:, :, None] * means[:, None, :]
     # Small components lean on the pooled within-component covariance: 2 D samples' worth.
-    pooled = np.zeros((dimension, dimension))
-    for k in range(len(mass)):
-        offset = samples - means[k]
-        covariances[k] = (responsibilities[:, k, None] * offset).T @ offset
-        pooled += covariances[k]
-    pooled /= len(samples)
+    pooled = covariances.sum(axis=0) / len(moments)
     lean = 2.0 * dimension if dimension > 1 else 0.0
     covariances = (covariances + lean * pooled) / (mass + lean)[:, None, None]
     covariances += floor * np.eye(dimension)

@@ -57,11 +57,26 @@ def soft_counts(
         Counts of shape (states of each parent..., states of the variable).
     """
     shares = assignments[variable]
-    joint = joint_assignment([assignments[p] for p in parents], len(shares))
+    crisp = [p for p in parents if _is_crisp(assignments[p])]
+    soft = [p for p in parents if p not in crisp]
+    states = {p: assignments[p].shape[1] for p in parents}
+    context = joint_assignment([assignments[p] for p in crisp], len(shares))
     if weights is not None:
-        joint = joint * weights[:, None]
-    shape = tuple(assignments[p].shape[1] for p in parents)
-    return (joint.T @ shares).reshape(*shape, shares.shape[1])
+        context = context * weights[:, None]
+    joint = joint_assignment([assignments[p] for p in soft], len(shares))
+    counts = np.zeros((context.shape[1], joint.shape[1], shares.shape[1]))
+    # Task and class are known for sure: a row belongs to one of their combinations only.
+    for state, weight in enumerate(context.T):
+        rows = np.flatnonzero(weight)
+        counts[state] = (joint[rows] * weight[rows, None]).T @ shares[rows]
+    counts = counts.reshape(*(states[p] for p in (*crisp, *soft)), shares.shape[1])
+    order = [(*crisp, *soft).index(p) for p in parents]
+    return np.ascontiguousarray(counts.transpose(*order, len(parents)))
+
+
+def _is_crisp(shares: Array) -> bool:
+    """Return whether each row is in one state at most."""
+    return bool(np.all(np.count_nonzero(shares, axis=1) <= 1))
 
 
 def table_from_counts(counts: Array, prior: DirichletPrior) -> Array:

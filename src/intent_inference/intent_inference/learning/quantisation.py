@@ -210,7 +210,11 @@ def mutual_information(first: Array, second: Array) -> float:
 
     Rows of zeros (unknown) count for nothing.
     """
-    joint = first.T @ second
+    return information_of(first.T @ second)
+
+
+def information_of(joint: Array) -> float:
+    """Return the mutual information [nat] of two variables with joint counts (K, L)."""
     total = joint.sum()
     if total <= 0.0:
         return 0.0

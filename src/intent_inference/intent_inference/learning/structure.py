@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from intent_inference.learning.parameters import joint_assignment, soft_counts
-from intent_inference.learning.quantisation import mutual_information
+from intent_inference.learning.parameters import soft_counts
+from intent_inference.learning.quantisation import information_of, mutual_information
 from intent_perception.geometry import Array
 
 Assignments = dict[str, Array]
@@ -84,20 +84,17 @@ def tree_augmented(assignments: Assignments, shared: Sequence[str] = (TASK,)) ->
             (TASK,) gives tree-augmented naive Bayes; (TASK, "obcl") lets every effect of the task
             depend on the object class.
     """
-    rows = len(assignments[TASK])
     others = [v for v in assignments if v not in shared]
     parents: Parents = {v: tuple(shared[:i]) for i, v in enumerate(shared)}
     if not others:
         return parents
-    context = joint_assignment([assignments[v] for v in shared], rows)
-    weights = context.sum(axis=0) / max(context.sum(), 1e-12)
 
     def information(a: str, b: str) -> float:
-        first, second = assignments[a], assignments[b]
-        return sum(
-            float(share) * mutual_information(first * context[:, c : c + 1], second)
-            for c, share in enumerate(weights)
-            if share > 0.0
+        joint = soft_counts(assignments, b, (*shared, a))
+        tables = joint.reshape(-1, *joint.shape[-2:])
+        shares = tables.sum(axis=(1, 2)) / max(float(tables.sum()), 1e-12)
+        return float(
+            sum(share * information_of(table) for share, table in zip(shares, tables, strict=True))
         )
 
     # The tree's first variable: the one that the task tells most about.
