@@ -15,7 +15,7 @@ import pybullet
 from intent_imitation.motions import MotionConfig, Stage, interpolate, stages
 from intent_imitation.plan import Array, GraspCandidate
 from intent_inference.simulation.contacts import PAD, Contacts
-from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.simulation.grasping_hand import GraspingHand, Preshape
 from intent_inference.simulation.urdf import urdf_text
 from intent_perception.geometry import (
     inverse,
@@ -43,6 +43,8 @@ class ExecutionConfig:
     """Least inertia of the hand's links [kg m²]: lighter ones make the solver's iterations slow."""
     correction: float = 0.5
     """Share of a penetration that a step removes."""
+    closing: float = 0.7
+    """Share of its stage in which the hand closes; the rest of the stage it squeezes."""
     wrist_force: float = 400.0
     """Largest force of the wrist [N]."""
     drift: float = 0.03
@@ -193,12 +195,12 @@ class World:
         """Carry out a grasp of the object with index `target` and the task's test motion."""
         center = self._object_center(target)
         plan = stages(grasp, task, center, motion or MotionConfig())
-        closing = np.sign(np.round(grasp.grasp_joints - grasp.pregrasp_joints, 3))
+        shape = preshape_of(self._hand, grasp.pregrasp_joints)
         limits = self._hand.table.limits
         squeezed = np.clip(
-            grasp.grasp_joints + self._hand.squeeze * closing, limits[:, 0], limits[:, 1]
+            grasp.grasp_joints + self._hand.squeeze * shape.rates, limits[:, 0], limits[:, 1]
         )
-        self._effort = self._hand.effort * grip_of(self._hand, grasp.pregrasp_joints)
+        self._effort = self._hand.effort * self._hand.grips[shape.name]
         self._place_hand(plan[0].T_table_hand, grasp.pregrasp_joints)
         snapshots, T_object_hand, joints = [], np.eye(4), grasp.grasp_joints
         contacts = self._contacts(target)
@@ -232,11 +234,11 @@ class World:
         )  # fmt: skip
 
     def _run(self, start: Array, stage: Stage, opened: Array, closed: Array) -> None:
-        """Move the wrist and the fingers through one stage."""
+        """Move the wrist through one stage; the fingers follow in proportion while they close."""
         steps = max(1, round(stage.duration * self._config.rate))
-        joints = closed if stage.closed > 0.0 else opened
         for step in range(1, steps + 1):
-            pose = interpolate(start, stage.T_table_hand, step / steps)
+            share = step / steps
+            pose = interpolate(start, stage.T_table_hand, share)
             pybullet.changeConstraint(
                 self._wrist,
                 pose[:3, 3].tolist(),
@@ -244,7 +246,10 @@ class World:
                 maxForce=self._config.wrist_force,
                 physicsClientId=self._client,
             )
-            self._drive(joints)
+            grip = stage.closed
+            if stage.name == "close":  # a finger that snaps shut knocks the object away
+                grip *= min(1.0, share / self._config.closing)
+            self._drive(opened + grip * (closed - opened))
             pybullet.stepSimulation(physicsClientId=self._client)
 
     def _drive(self, joints: Array) -> None:
@@ -326,10 +331,10 @@ class World:
         )
 
 
-def grip_of(hand: GraspingHand, pregrasp_joints: Array) -> Array:
-    """Return the share (J,) of the torque limits that the pre-shape of an open posture uses."""
+def preshape_of(hand: GraspingHand, pregrasp_joints: Array) -> Preshape:
+    """Return the pre-shape whose open posture (J,) is nearest to the given one."""
     gaps = [float(np.abs(shape.open - pregrasp_joints).max()) for shape in hand.preshapes]
-    return hand.grips[hand.preshapes[int(np.argmin(gaps))].name]
+    return hand.preshapes[int(np.argmin(gaps))]
 
 
 def compound_obj(model: ObjectModel) -> str:
