@@ -3,8 +3,9 @@
 python -m intent_inference.make_demonstrations [--count 240] [--archive out/demonstrations]
 
 Each demonstration is one file in the archive; those that are there are not made again, so that the
-command can be stopped and started, and several can run on parts (`--first`). At the end the shipped
-demonstrations.csv.gz and reaches.csv.gz are written from all files.
+command can be stopped and started. It goes on until so many grasps were found. At the end the
+shipped demonstrations.csv.gz and reaches.csv.gz are written from all files; `--count 0` only does
+that.
 """
 
 import argparse
@@ -61,21 +62,10 @@ def _rounded(column: str, value: str | float | int) -> bool:
     return isinstance(value, float) and column != "stamp"
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the command; return its exit status."""
-    parser = argparse.ArgumentParser(
-        prog="intent_inference.make_demonstrations", description=__doc__
-    )
-    parser.add_argument("--count", type=int, default=240)
-    parser.add_argument("--first", type=int, default=_FIRST_SEED, help="first seed")
-    parser.add_argument("--archive", type=Path, default=Path("out/demonstrations"))
-    parser.add_argument("--out", type=Path, default=_SHARE, help="folder of the two tables")
-    arguments = parser.parse_args(argv)
-    arguments.archive.mkdir(parents=True, exist_ok=True)
-    for seed in range(arguments.first, arguments.first + arguments.count):
-        path = arguments.archive / f"{seed}.json"
-        if path.is_file():
-            continue
+def _made(seed: int, archive: Path) -> bool:
+    """Make the demonstration of a seed unless it is there; return whether its grasp was found."""
+    path = archive / f"{seed}.json"
+    if not path.is_file():
         started = time.process_time()
         made = tracked_demonstration(seed)
         text = json.dumps({"grasp": made.grasp, "reach": made.reach, "reason": made.reason})
@@ -84,6 +74,24 @@ def main(argv: list[str] | None = None) -> int:
         partial.rename(path)
         seconds = time.process_time() - started
         print(f"{seed}: {made.reason or 'tracked'}, {seconds:.0f} s CPU", flush=True)
+    return json.loads(path.read_text())["grasp"] is not None
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    parser = argparse.ArgumentParser(
+        prog="intent_inference.make_demonstrations", description=__doc__
+    )
+    parser.add_argument("--count", type=int, default=240, help="grasps to be found")
+    parser.add_argument("--first", type=int, default=_FIRST_SEED, help="first seed")
+    parser.add_argument("--archive", type=Path, default=Path("out/demonstrations"))
+    parser.add_argument("--out", type=Path, default=_SHARE, help="folder of the two tables")
+    arguments = parser.parse_args(argv)
+    arguments.archive.mkdir(parents=True, exist_ok=True)
+    seed, tracked = arguments.first, 0
+    while tracked < arguments.count:
+        tracked += _made(seed, arguments.archive)
+        seed += 1
     found, missed = collect(arguments.archive, arguments.out)
     print(f"{arguments.out}: {found} grasps, {missed} demonstrations without one")
     return 0

@@ -52,6 +52,25 @@ def plan_reach(
 ) -> Reach:
     """Return the most comfortable of some grasps of an object for a task.
 
+    Args and errors: those of `plan_reaches`.
+    """
+    reaches = plan_reaches(taker, model, task, body, spot, rng, accept, tries, enough)
+    return min(reaches, key=_preference)
+
+
+def plan_reaches(
+    taker: Taker,
+    model: ObjectModel,
+    task: str,
+    body: Body,
+    spot: Array,
+    rng: np.random.Generator,
+    accept: Callable[[Grasp], bool] | None = None,
+    tries: int = 240,
+    enough: int = 5,
+) -> list[Reach]:
+    """Return some grasps of an object for a task, at least one.
+
     Args:
         taker: closes the fingers.
         model: the object.
@@ -80,9 +99,9 @@ def plan_reach(
                 if reach is not None:
                     found.append(reach)
             if len(found) >= enough:
-                return min(found, key=_preference)
+                return found
     if found:
-        return min(found, key=_preference)
+        return found
     raise ValueError(f"no comfortable grasp of {model.name} for {task!r} in {tries} tries")
 
 

@@ -96,14 +96,35 @@ def rehearse(
     Raises:
         ValueError: if no comfortable grasp or no room on the table is found.
     """
-    body = _sample_body(rng)
+    body = sample_body(rng)
     chosen = [models[act.object] for act in scenario.acts]
     takers = [Taker(skin, graspable(model), rng) for model in chosen]
     reaches = []
-    spots = _spots(len(chosen), rng)
+    spots = sample_spots(len(chosen), rng)
     for taker, model, act, spot in zip(takers, chosen, scenario.acts, spots, strict=True):
         suits = None if accept is None else partial(accept, model, act.task)
         reaches.append(plan_reach(taker, model, act.task, body, spot, rng, suits))
+    return enact(scenario, models, body, takers, reaches, rng)
+
+
+def enact(
+    scenario: Scenario, models: Mapping[str, ObjectModel], body: Body, takers: list[Taker],
+    reaches: list[Reach], rng: np.random.Generator,
+) -> Script:  # fmt: skip
+    """Return the motion of a scenario whose grasps are planned.
+
+    Args:
+        scenario: what is shown.
+        models: the objects by name.
+        body: the person.
+        takers: per act, the person's hand around its object.
+        reaches: per act, the grasp.
+        rng: source of everything that varies.
+
+    Raises:
+        ValueError: if there is no room on the table.
+    """
+    chosen = [models[act.object] for act in scenario.acts]
     rest = np.array([reach.T_table_object for reach in reaches])
     stage = Choreography(home(body), OPEN["power"], rest, rng)
     stables = _play(stage, scenario, takers, reaches, body, rng)
@@ -134,14 +155,15 @@ def rehearse(
     )  # fmt: skip
 
 
-def _sample_body(rng: np.random.Generator) -> Body:
+def sample_body(rng: np.random.Generator) -> Body:
+    """Return how tall a person is and how far from the table."""
     edge = rng.uniform(0.28, 0.34)
     shoulder = np.array([rng.uniform(-0.22, -0.17), edge + rng.uniform(0.10, 0.17), 0.0])
     shoulder[2] = rng.uniform(0.34, 0.42)
     return Body(shoulder, rng.uniform(0.28, 0.31), rng.uniform(0.25, 0.275), edge)
 
 
-def _spots(count: int, rng: np.random.Generator) -> Array:
+def sample_spots(count: int, rng: np.random.Generator) -> Array:
     """Return places (count, 2) on the table for the objects that are taken [m]."""
     first = np.array([rng.uniform(-0.10, 0.06), rng.uniform(-0.06, 0.06)])
     spots = [first]

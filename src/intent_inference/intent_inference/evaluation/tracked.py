@@ -1,9 +1,8 @@
 """Rendered demonstrations, tracked: what BN^H sees of a person it has never seen (Sec. IV-A).
 
-A demonstrator (not the tracker's hand) takes an object that is in no training set (a shipped one
-stretched by up to 15 %) for a task. The tracker follows the frames from the object's true pose with
-a recogniser's error; the grasp detector says when and how the object is held. Labels are those of
-the label rules on the *true* grasp.
+The tracker follows the frames of a demonstration (`shown`) from the object's true pose with a
+recogniser's error; the grasp detector says when and how the object is held. Labels are those of the
+label rules on the *true* grasp.
 """
 
 from collections.abc import Iterator
@@ -11,43 +10,29 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from intent_inference.evaluation.shown import Showing, showing
 from intent_inference.reach import palm_gap, palm_of, reach_features
 from intent_inference.simulation.dataset import Row, feature_cells
-from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.labels import TASKS, label_grasp
-from intent_inference.simulation.task_object import TaskObject
-from intent_perception.draft import Draft, finish
 from intent_perception.geometry import (
     Array,
+    inverse,
     make_pose,
     rotation_from_vector,
     transform_points,
 )
-from intent_perception.mesh import Mesh
-from intent_perception.model import Functions, ObjectModel, Part
 from intent_perception.objects import ObjectDatabase
-from intent_perception.parametric import MAKERS
 from intent_perception.recognition import RecognizedObject, RecognizedObjects
-from intent_tracking.demonstrator import Shot, film, sample_set
-from intent_tracking.demonstrator_hand import sample_hand
-from intent_tracking.demonstrator_script import Act, Scenario, Script, rehearse
-from intent_tracking.demonstrator_skin import make_skin
-from intent_tracking.features import ObjectGeometry, as_right_hand
+from intent_tracking.demonstrator import CAMERA, Set, Shot, film, sample_set
+from intent_tracking.demonstrator_script import Script
+from intent_tracking.features import ObjectGeometry
 from intent_tracking.grasp import GraspDetector, StableGrasp
 from intent_tracking.scene import SceneState
 from intent_tracking.tracker import Tracker
 
-_SHOWN = (
-    ("mug", "pouring"), ("mug", "dish-washing"), ("mug", "hand-over"),
-    ("glass", "pouring"), ("glass", "dish-washing"), ("glass", "hand-over"),
-    ("bottle", "pouring"), ("bottle", "hand-over"),
-    ("knife", "tool-use"), ("knife", "hand-over"), ("knife", "dish-washing"),
-    ("hammer", "tool-use"), ("hammer", "hand-over"),
-    ("screwdriver", "tool-use"), ("screwdriver", "hand-over"),
-)  # fmt: skip
+_BEFORE = 6
+"""Frames that are filmed before the hand comes into the picture."""
 _AFTER = 20
 """Frames after the true grasp in which the detector may still find it."""
-_STRETCH = 0.15
 _POSITION_ERROR = 0.001
 _ANGLE_ERROR = 0.01
 
@@ -64,71 +49,23 @@ class TrackedDemonstration:
     """"" or what went wrong."""
 
 
-def stretched(model_class: str, index: int, rng: np.random.Generator, name: str) -> ObjectModel:
-    """Return an object of a class that is in no database: a parametric one with other proportions.
-
-    Args:
-        model_class: one of the six classes.
-        index: which of its eight makers.
-        rng: source of the factors.
-        name: of the new object.
-    """
-    draft = MAKERS[model_class][index]()
-    across, along = 1.0 + rng.uniform(-_STRETCH, _STRETCH, 2)
-    factor = np.array([across, across, along])
-
-    def scaled(mesh: Mesh) -> Mesh:
-        return Mesh(mesh.vertices * factor, mesh.faces)
-
-    return finish(
-        replace(
-            draft,
-            mesh=scaled(draft.mesh),
-            parts=tuple(Part(part.name, scaled(part.mesh)) for part in draft.parts),
-            functions=_stretched_functions(draft, factor),
-        ),
-        name,
-        model_class,
-    )
-
-
-def _stretched_functions(draft: Draft, factor: Array) -> Functions:
-    functions = draft.functions
-    opening, edge, face, tip = functions.opening, functions.edge, functions.face, functions.tip
-    if opening is not None:
-        opening = replace(
-            opening, center=opening.center * factor, radius=float(opening.radius * factor[0])
-        )
-    if edge is not None:
-        edge = replace(edge, start=edge.start * factor, end=edge.end * factor)
-    if face is not None:
-        face = replace(face, center=face.center * factor)
-    return replace(
-        functions, opening=opening, edge=edge, face=face,
-        tip=None if tip is None else tip * factor,
-    )  # fmt: skip
-
-
 def tracked_demonstration(seed: int) -> TrackedDemonstration:
     """Return one demonstration as the tracker saw it; the seed decides everything."""
-    rng = np.random.default_rng([seed, 20_000])
-    model_class, task = _SHOWN[seed % len(_SHOWN)]
-    model = stretched(model_class, int(rng.integers(8)), rng, f"unseen_{model_class}_{seed}")
-    side = "left" if rng.random() < 0.15 else "right"
-    skin = make_skin(sample_hand(rng, side))
-    scenario = Scenario("demonstration", (Act(model.name, task),), side=side)
     try:
-        script = rehearse(scenario, {model.name: model}, skin, rng)
+        shown = showing(seed)
     except ValueError as error:
         return TrackedDemonstration(None, (), f"not shown: {error}")
-    scene = sample_set(rng, script.edge)
-    shots = film(script, skin, scene, rng)
-    geometry = ObjectGeometry(model)
-    share = _progress(script)
+    rng = np.random.default_rng([seed, 20_002])
+    scene = sample_set(rng, shown.script.edge)
+    first = max(0, _entrance(shown, scene) - _BEFORE)
+    script = _from(shown.script, first)
+    geometry = shown.target.geometry
+    share = _progress(shown.script)[first:]
     reach: list[Row] = []
-    for frame, state, grasp in _track(model, script, shots, scene.T_table_camera, rng):
+    shots = film(script, shown.skin, scene, rng)
+    for frame, state, grasp in _track(shown, script, shots, scene.T_table_camera, rng):
         if grasp is not None:
-            row = _grasp_row(seed, scenario, geometry, script, grasp)
+            row = _grasp_row(seed, shown, grasp)
             row["delay"] = frame - script.grasp_frames[0]
             return TrackedDemonstration(row, tuple(reach), "")
         if state.hand_tracked and frame < script.touch_frames[0]:
@@ -136,15 +73,42 @@ def tracked_demonstration(seed: int) -> TrackedDemonstration:
     return TrackedDemonstration(None, tuple(reach), "grasp not found")
 
 
+def _entrance(shown: Showing, scene: Set) -> int:
+    """Return the first frame in which a joint of the hand lies within the image."""
+    script, hand = shown.script, shown.skin.hand
+    for frame in range(script.touch_frames[0]):
+        joints = transform_points(script.hands[frame], hand.joint_positions(script.angles[frame]))
+        joints = transform_points(inverse(scene.T_table_camera), joints)
+        u, v = CAMERA.project(joints[joints[:, 2] > 0.05]).T
+        if np.any((u >= 0) & (u < CAMERA.width) & (v >= 0) & (v < CAMERA.height)):
+            return frame
+    return script.touch_frames[0]
+
+
+def _from(script: Script, first: int) -> Script:
+    """Return the script without the frames before `first`."""
+    return replace(
+        script,
+        hands=script.hands[first:],
+        angles=script.angles[first:],
+        wrists=script.wrists[first:],
+        elbows=script.elbows[first:],
+        shoulders=script.shoulders[first:],
+        objects=script.objects[first:],
+        grasp_frames=tuple(frame - first for frame in script.grasp_frames),
+        touch_frames=tuple(frame - first for frame in script.touch_frames),
+    )
+
+
 def _track(
-    model: ObjectModel, script: Script, shots: Iterator[Shot], T_table_camera: Array,
+    shown: Showing, script: Script, shots: Iterator[Shot], T_table_camera: Array,
     rng: np.random.Generator,
 ) -> Iterator[tuple[int, SceneState, StableGrasp | None]]:  # fmt: skip
     """Yield frame number, tracked state and the grasp, if it was found in that frame."""
     error = make_pose(
         rotation_from_vector(rng.normal(0.0, _ANGLE_ERROR, 3)), rng.normal(0.0, _POSITION_ERROR, 3)
     )
-    start = script.objects[0, 0] @ error
+    start, model = script.objects[0, 0] @ error, shown.target.model
     tracker = Tracker({model.name: model})
     detector = GraspDetector(ObjectDatabase((model,)))
     for frame, shot in enumerate(shots):
@@ -165,24 +129,16 @@ def _progress(script: Script) -> Array:
     return way / max(float(way[touch]), 1e-9)
 
 
-def _grasp_row(
-    seed: int, scenario: Scenario, geometry: ObjectGeometry, script: Script, grasp: StableGrasp
-) -> Row:
+def _grasp_row(seed: int, shown: Showing, grasp: StableGrasp) -> Row:
     """Return the tracked features, their deviations and the true grasp's labels."""
-    pose = script.grips[0]
-    if scenario.side == "left":
-        pose = as_right_hand(geometry, pose)
-    joints = script.angles[script.grasp_frames[0]]
-    labels = label_grasp(TaskObject(geometry.model), GraspingHand.load("human"), pose, joints)
     row: Row = {
         "demonstration": str(seed),
-        "object_id": geometry.model.name,
-        "shown": scenario.acts[0].task,
+        "object_id": shown.target.model.name,
+        "shown": shown.scenario.acts[0].task,
         "hand_side": grasp.hand_side,
     }
     row.update(feature_cells(grasp.features))
-    for name in TASKS:
-        afforded = labels[name].afforded
+    for name, afforded in shown.labels.items():
         row[name] = "" if afforded is None else int(afforded)
     deviations = feature_cells(grasp.std)
     row.update({f"std_{n}": v for n, v in deviations.items() if n != "object_class"})
