@@ -5,7 +5,8 @@ import pytest
 
 from intent_perception.alternatives import turns_that_matter
 from intent_perception.color_evidence import color_mismatch
-from intent_perception.fit_measures import patch_residual, surface_beyond
+from intent_perception.contour import surface_beyond
+from intent_perception.fit_measures import patch_residual
 from intent_perception.model_library import ModelLibrary
 from intent_perception.objects import ObjectDatabase
 from intent_perception.oriented_image import orient

@@ -9,9 +9,9 @@ from intent_perception.alignment import align
 from intent_perception.alternatives import SPINS, turned, worth_of, worth_of_turns
 from intent_perception.color_evidence import color_mismatch
 from intent_perception.conflict import Evidence
-from intent_perception.contour import contour
+from intent_perception.contour import contour, surface_beyond
 from intent_perception.explanation import COUNTS, draw, explain, settle
-from intent_perception.fit_measures import patch_residual, shape_shown, surface_beyond
+from intent_perception.fit_measures import patch_residual, shape_shown
 from intent_perception.model_library import ModelLibrary
 from intent_perception.scene_view import SceneView
 from intent_perception.verification import support_of_all

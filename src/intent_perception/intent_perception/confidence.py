@@ -1,8 +1,10 @@
 """How sure is it? The probability that a detection is right, from what speaks for it."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from intent_perception.conflict import quality_of
@@ -23,35 +25,33 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float32]
 
 FEATURES = {
-    "quality": (3.88, 1),
-    "goes on": (-3.37, -1),
-    "hidden": (-1.57, -1),
-    "off the table": (-0.57, -1),
-    "newly explained": (1.98, 1),
-    "rival": (-1.49, -1),
-    "contour": (0.97, 1),
-    "colour mismatch": (-0.40, -1),
-    "residual": (-0.24, -1),
-    "size": (0.29, 1),
-    "alike": (-6.72, -1),
-    "in front": (-3.50, -1),
-    "unknown": (-2.17, -1),
-    "on the table": (0.00, -1),
-    "disagree": (0.00, -1),
-    "patch residual": (-0.50, -1),
-    "beyond": (-2.13, -1),
-    "shape 1": (0.00, 1),
-    "shape 2": (1.85, 1),
+    "quality": 1,
+    "goes on": -1,
+    "hidden": -1,
+    "off the table": -1,
+    "newly explained": 1,
+    "rival": -1,
+    "contour": 1,
+    "colour mismatch": -1,
+    "residual": -1,
+    "size": 1,
+    "alike": -1,
+    "in front": -1,
+    "unknown": -1,
+    "on the table": -1,
+    "disagree": -1,
+    "patch residual": -1,
+    "beyond": -1,
+    "shape 1": 1,
+    "shape 2": 1,
 }
-"""What each feature is: its weight, and the sign that its meaning allows (0: either).
-
-Fitted to 256 detections in 46 development scenes; `python -m intent_perception.fit_confidence` fits
-them anew.
-"""
-SIGNS = tuple(sign for _, sign in FEATURES.values())
-_WEIGHTS = np.array([weight for weight, _ in FEATURES.values()])
-_BIAS = -2.88
+"""What each feature is: the sign that its meaning allows its weight (0: either)."""
+SIGNS = tuple(FEATURES.values())
+FITTED = Path(__file__).parent / "share" / "confidence.yaml"
+"""Their weights; `python -m intent_perception.fit_confidence` fits them anew."""
 _LARGEST_MISMATCH = 8.0
+_HIGHEST = np.array([4.0, 0.3, 1.0, 1.0])
+"""Of `Drawing.measures`: a single odd value, as on an object of a few pixels, shall not decide."""
 
 
 def features_of(
@@ -94,10 +94,25 @@ def features_of(
             counts[UNKNOWN] / drawn,
             counts[TABLE] / drawn,
             counts[DISAGREE] / drawn,
-            *measures,
+            *np.minimum(measures, _HIGHEST),
         ],
         np.float32,
     )
+
+
+def _fitted() -> tuple[NDArray[np.float64], float]:
+    """Return the weights (F,) and the bias.
+
+    Raises:
+        ValueError: if the file was made for other features.
+    """
+    kept = yaml.safe_load(FITTED.read_text())
+    if list(kept["weights"]) != list(FEATURES):
+        raise ValueError(f"{FITTED} is for other features: fit it anew")
+    return np.array(list(kept["weights"].values())), float(kept["bias"])
+
+
+_WEIGHTS, _BIAS = _fitted()
 
 
 def confidence(features: Floats) -> float:

@@ -1,8 +1,7 @@
 """How well a placed model fits what was measured, beyond the count of matching pixels.
 
 Something unknown can be matched by a known shape on most of its pixels. It gives itself away by a
-residual that whole patches share, by surface that runs on beyond the model's outline, and by
-showing too little shape (one flat face) to tell anything.
+residual that whole patches share, and by showing too little shape (one flat face) to tell anything.
 """
 
 import numpy as np
@@ -17,9 +16,6 @@ Bytes = NDArray[np.uint8]
 PATCH = 5
 """Edge of the patches over which the sensor's noise averages out [pixel]."""
 _LEAST_IN_PATCH = 12
-_REACH = 14  # how far beyond the outline the scene's surface is followed [pixel]
-_STEP = 0.006  # two neighbouring pixels further apart in depth are not of one surface [m]
-_EXPLAINED = 0.2
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
@@ -56,64 +52,6 @@ def patch_residual(
                 total += (mean / n) * (mean / n)
                 count += 1
     return np.sqrt(total / count) if count > 0 else tolerance
-
-
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
-def surface_beyond(  # noqa: C901 (one kernel)
-    left: int,
-    top: int,
-    drawn: Floats,
-    smooth: Floats,
-    mask: Bytes,
-    explained: Floats,
-    tolerance: float,
-) -> float:
-    """Return how far the scene's surface runs on beyond the model's outline, 0 = nowhere, 1 = far.
-
-    Args:
-        left: column of the window's first pixel.
-        top: row of the window's first pixel.
-        drawn: (h, w) depth of the model, NOTHING where it is not.
-        smooth: (H, W) depth of the fitted planes [m].
-        mask: (H, W) 1 = may be an object.
-        explained: (H, W) evidence of other objects: what is theirs does not count.
-        tolerance: of a match [m].
-    """
-    height, width = smooth.shape
-    h, w = drawn.shape
-    total = 0
-    count = 0
-    for j in range(h):
-        for i in range(w):
-            z = drawn[j, i]
-            if z >= NOTHING or smooth[top + j, left + i] <= 0.0:
-                continue
-            if abs(smooth[top + j, left + i] - z) > 1.5 * tolerance:
-                continue
-            for side in range(4):
-                dv = (side == 0) - (side == 1)
-                du = (side == 2) - (side == 3)
-                if 0 <= j + dv < h and 0 <= i + du < w and drawn[j + dv, i + du] < NOTHING:
-                    continue
-                count += 1
-                before = smooth[top + j, left + i]
-                for step in range(1, _REACH + 1):
-                    v, u = top + j + step * dv, left + i + step * du
-                    if v < 0 or u < 0 or v >= height or u >= width:
-                        break
-                    jj, ii = j + step * dv, i + step * du
-                    if 0 <= jj < h and 0 <= ii < w and drawn[jj, ii] < NOTHING:
-                        break
-                    if mask[v, u] != 1 or explained[v, u] > _EXPLAINED:
-                        break
-                    there = smooth[v, u]
-                    if there <= 0.0 or abs(there - before) > _STEP:
-                        break
-                    # depth cameras widen edges: the first pixels say nothing
-                    if step > 2:
-                        total += 1
-                    before = there
-    return total / (count * (_REACH - 2.0)) if count > 0 else 0.0
 
 
 @njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
