@@ -9,61 +9,34 @@ import json
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
-import yaml
 
+from intent_perception.benchmark_peers import open3d_peer, ppf_tabletop, ppf_uwa
+from intent_perception.benchmark_plan import (
+    CLASSES,
+    Plan,
+    file_database,
+    pose_difference,
+    scenes,
+)
 from intent_perception.cloud import read_cloud, view_cloud
 from intent_perception.detection import Detector, DetectorConfig
-from intent_perception.geometry import Array, inverse, rotation_angle
-from intent_perception.model import ObjectModel
 from intent_perception.model_library import ModelLibrary
 from intent_perception.objects import ObjectDatabase
 from intent_perception.overlay import overlay
-from intent_perception.peer_ppf import ppf_claim
 from intent_perception.real_scenes import COUNTED, OTHERS, match_box, uwa_reference, ycb_frame
 from intent_perception.recognition import RecognizerConfig
 from intent_perception.scoring import LEAST_PIXELS, Claim, Score, judge
-from intent_perception.tabletop import TabletopScene, tabletop_scene
+from intent_perception.tabletop import TabletopScene
 
-CLASSES = ("bottle", "glass", "mug", "knife", "hammer", "screwdriver")
 _GREEN, _RED, _ORANGE = (60, 220, 60), (255, 60, 60), (255, 170, 0)
 _LEAST = RecognizerConfig().least_confidence
-
-
-@dataclass(frozen=True)
-class Plan:
-    """How much is measured."""
-
-    seed: int
-    """Of the first scene; scenes below 1000 are for development."""
-    scenes: int
-    """Scenes with known objects, of each size of the library."""
-    empty: int
-    """Scenes with none of the models."""
-    scans: int
-    """Seeds with which the laser scan is searched."""
-    data: Path
-    """Folder of the real data."""
-    pictures: Path | None
-    """Where pictures are written, if anywhere."""
-
-
-def scenes(
-    plan: Plan, models: Sequence[ObjectModel], clutter: Sequence[ObjectModel]
-) -> Iterator[tuple[int, TabletopScene]]:
-    """Yield seed and scene: first 1 to 6 of the models each, then clutter alone."""
-    for first, count, things in ((0, plan.scenes, models), (500, plan.empty, clutter)):
-        for index in range(count):
-            seed = plan.seed + first + index
-            rng = np.random.default_rng(seed)
-            chosen = rng.choice(len(things), min(1 + index % 6, len(things)), replace=False)
-            yield seed, tabletop_scene([things[k] for k in chosen], rng)
 
 
 def parametric(plan: Plan, variants: int, hash_only: bool = False) -> dict[str, Any]:
@@ -92,62 +65,12 @@ def parametric(plan: Plan, variants: int, hash_only: bool = False) -> dict[str, 
     return score.figures()
 
 
-def open3d_peer(plan: Plan) -> dict[str, Any]:
-    """Return the figures of Open3D on the scenes of six models, at its own best threshold."""
-    from intent_perception.peer_open3d import Open3dPeer
-
-    database = ObjectDatabase.load()
-    models = [database[f"{name}_0"] for name in CLASSES]
-    known = {model.name for model in models}
-    detector = Detector(ModelLibrary.of(models), DetectorConfig())
-    peer = Open3dPeer(models, detector)
-    seen, claims, cpu, wall = [], [], [], []
-    for _, scene in scenes(plan, models, list(ObjectDatabase.clutter())):
-        start, clock = time.process_time(), time.perf_counter()
-        claims.append(peer.find(detector.oriented(scene.frame)))
-        cpu.append(time.process_time() - start)
-        wall.append(time.perf_counter() - clock)
-        seen.append(scene)
-
-    def scored(threshold: float) -> Score:
-        score = Score(cpu=cpu, wall=wall)
-        for scene, mine in zip(seen, claims, strict=True):
-            score.add(scene, [c for c in mine if c.confidence >= threshold], known)
-        return score
-
-    def balance(score: Score) -> float:
-        right = sum(j.right for j in score.judged)
-        return 2.0 * right / max(1, len(score.judged) + len(score.seen))
-
-    return max((scored(t) for t in np.linspace(0.1, 0.9, 17)), key=balance).figures()
-
-
-def ppf_peer(plan: Plan) -> dict[str, Any] | None:
-    """Return what OpenCV's ppf_match_3d reaches on the laser scan, None without its environment."""
-    folder = plan.data / "recognizer" / "uwa_opencv"
-    if not folder.is_dir():
-        return None
-    claim = ppf_claim(folder / "parasaurolophus_6700.ply", folder / "rs1_normals.ply")
-    if claim is None:
-        return None
-    database = _database(folder, {"parasaurolophus": "parasaurolophus_6700.ply"}, "mm")
-    T_found = np.array(claim["pose"]).reshape(4, 4)
-    T_found[:3, 3] /= 1000.0
-    shift, turn = _difference(uwa_reference(folder), T_found, database.models[0].center)
-    return {
-        "translation_mm": 1000.0 * shift,
-        "rotation_deg": float(np.degrees(turn)),
-        "train_s": claim["train_s"],
-        "find_s": claim["find_s"],
-    }
-
-
 def uwa_rs1(plan: Plan) -> dict[str, Any] | None:
     """Return how often the parasaurolophus is found in the laser scan within 5 mm and 3 degrees."""
     folder = plan.data / "recognizer" / "uwa_opencv"
     if not folder.is_dir():
         return None
-    database = _database(folder, {"parasaurolophus": "parasaurolophus_6700.ply"}, "mm")
+    database = file_database(folder, {"parasaurolophus": "parasaurolophus_6700.ply"}, "mm")
     library = ModelLibrary.of(database)
     reference, center = uwa_reference(folder), database.models[0].center
     view = view_cloud(*read_cloud(folder / "rs1_normals.ply", "mm"))
@@ -161,7 +84,7 @@ def uwa_rs1(plan: Plan) -> dict[str, Any] | None:
             if detection.confidence < _LEAST:
                 continue
             T_found = view.T_cloud_camera @ detection.T_camera_object
-            shift, turn = _difference(reference, T_found, center)
+            shift, turn = pose_difference(reference, T_found, center)
             if shift <= 0.005 and turn <= np.radians(3.0):
                 found += 1
                 break
@@ -174,7 +97,7 @@ def ycb_frames(plan: Plan) -> dict[str, Any] | None:
     meshes = plan.data / "meshes" / "ycb_bop"
     if not folder.is_dir() or not meshes.is_dir():
         return None
-    database = _database(meshes, {p.stem: p.name for p in sorted(meshes.glob("*.ply"))}, "m")
+    database = file_database(meshes, {p.stem: p.name for p in sorted(meshes.glob("*.ply"))}, "m")
     detector = Detector(ModelLibrary.of(database), DetectorConfig())
     hits, false, residuals, cpu, missed = 0, 0, [], [], []
     for number in COUNTED:
@@ -213,26 +136,6 @@ def ycb_frames(plan: Plan) -> dict[str, Any] | None:
     }
 
 
-def _difference(T_true: Array, T_found: Array, center: Array) -> tuple[float, float]:
-    """Return the distance between the placed centres [m] and the angle between two poses [rad]."""
-    difference = inverse(T_true) @ T_found
-    shift = np.linalg.norm(difference[:3, :3] @ center + difference[:3, 3] - center)
-    return float(shift), float(rotation_angle(difference[:3, :3]))
-
-
-def _database(folder: Path, files: dict[str, str], unit: str) -> ObjectDatabase:
-    import tempfile
-
-    entries = [
-        {"name": name, "mesh": str((folder / file).resolve()), "unit": unit, "class": name}
-        for name, file in files.items()
-    ]
-    with tempfile.TemporaryDirectory() as temporary:
-        path = Path(temporary) / "objects.yaml"
-        path.write_text(yaml.safe_dump({"objects": entries}))
-        return ObjectDatabase.load(path)
-
-
 def _draw(path: Path, scene: TabletopScene, claims: Sequence[Claim], known: set[str]) -> None:
     """Write a scene with right claims in green, wrong ones in red, missed objects in orange."""
     judged, found = judge(scene.objects, claims)
@@ -262,7 +165,10 @@ PARTS: dict[str, Callable[[Plan], Any]] = {
     "parametric_48": lambda plan: parametric(plan, 8),
     "uwa_rs1": uwa_rs1,
     "ycb_frames": ycb_frames,
-    "peers": lambda plan: {"open3d": open3d_peer(plan), "ppf_match_3d": ppf_peer(plan)},
+    "peers": lambda plan: {
+        "open3d": open3d_peer(plan),
+        "ppf_match_3d": {"parametric_6": ppf_tabletop(plan), "uwa_rs1": ppf_uwa(plan)},
+    },
 }
 """What can be measured, by name."""
 
