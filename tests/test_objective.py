@@ -2,10 +2,20 @@ import numpy as np
 import pytest
 
 from intent_perception.mesh import Mesh
+from intent_perception.objects import ObjectDatabase
 from intent_tracking.hand import LIMITS, HandModel
 from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
-from intent_tracking.object_kernel import object_arrays
-from intent_tracking.objective import Labelled, forth_costs
+from intent_tracking.object_kernel import geometry_of, object_arrays, off_grid, signed_distance
+from intent_tracking.objective import (
+    KINEMATIC_WEIGHT,
+    Labelled,
+    draw_objects,
+    finger_crossing,
+    forth_cost,
+    forth_costs,
+    forth_sums,
+    penetration,
+)
 from intent_tracking.raster import FAR, draw_capsule, draw_mesh
 
 SIZE = 64
@@ -94,6 +104,79 @@ def test_published_cost_is_lowest_at_the_true_pose():
     arrays = hand_arrays(HandModel())
     forth_costs(arrays, object_arrays([]), seen, states, rotation[None], 0, 64, False, costs)
     assert costs.argmin() == 0
+
+
+def cut(depth, size, row, column):
+    return np.ascontiguousarray(depth[row : row + size, column : column + size])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_hand_cut_off_by_the_tile_is_drawn_as_on_a_larger_one(seed):
+    whole, buffers, arrays = drawn_hand(*pose(seed))
+    row, column = 20, 26
+    depth = np.full((16, 16), FAR)
+    u0, v0 = ORIGIN + np.float32(column) * STEP, ORIGIN + np.float32(row) * STEP
+    for i, radius in enumerate(arrays.radii):
+        draw_capsule(buffers.ends, i, radius, depth, u0, v0, STEP)
+    expected = cut(whole, 16, row, column)
+    assert (expected < 1.0).any()
+    assert (np.abs(depth - expected) > 1e-4).mean() < 0.02  # rays that graze the silhouette
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_capsule_changes_pixels_within_its_window_only(seed):
+    _, buffers, arrays = drawn_hand(*pose(seed))
+    for i, radius in enumerate(arrays.radii):
+        depth = np.full((SIZE, SIZE), FAR)
+        r0, r1, c0, c1 = draw_capsule(buffers.ends, i, radius, depth, ORIGIN, ORIGIN, STEP)
+        rows, columns = np.nonzero(depth < 1.0)
+        assert np.all((rows >= r0) & (rows < r1) & (columns >= c0) & (columns < c1))
+        if 0 < r0 and 0 < c0 and max(r1, c1) < SIZE:  # all of it is on the tile
+            assert max(rows.min() - r0, columns.min() - c0) < 3
+            assert max(r1 - rows.max(), c1 - columns.max()) < 4
+
+
+@pytest.mark.parametrize("move_objects", [False, True])
+def test_cost_in_the_window_of_the_hand_is_that_of_the_whole_tile(move_objects):
+    rng = np.random.default_rng(4)
+    objects = object_arrays([geometry_of(ObjectDatabase.load()["mug_0"])])
+    states = np.zeros((8, 32), np.float32)
+    states[:, :26] = pose(2)[0] + rng.normal(0, 0.02, (8, 26))
+    states[:, 26:29] = [0.03, 0.0, 0.68]
+    if move_objects:
+        states[:, 26:32] += rng.normal(0, 0.02, (8, 6))
+    depth = rng.choice([0.0, 0.66, 0.7, 1.2], (SIZE, SIZE)).astype(np.float32)
+    label = rng.integers(0, 3, (SIZE, SIZE))
+    ones = np.ones((SIZE, SIZE), np.float32)
+    hand, thing = (label == 1).astype(np.float32), (label == 2).astype(np.float32)
+    seen = Labelled(depth, hand, thing, ones, ones, ORIGIN, ORIGIN, STEP)
+    base, costs = np.tile(np.eye(3, dtype=np.float32), (2, 1, 1)), np.zeros(8, np.float32)
+    forth_costs(hand_arrays(HandModel()), objects, seen, states, base, 0, 8, move_objects, costs)
+    expected = [whole_cost(objects, seen, state) for state in states]
+    np.testing.assert_allclose(costs, expected, rtol=1e-5)
+
+
+def whole_cost(objects, seen, state):
+    rotations = np.tile(np.eye(3, dtype=np.float32), (2, 1, 1))
+    for body, offset in enumerate((3, 29)):
+        turn(*state[offset : offset + 3], np.eye(3, dtype=np.float32), rotations[body])
+    hand_depth, buffers, arrays = drawn_hand(state, rotations[0])
+    thing_depth, work = np.full((SIZE, SIZE), FAR), np.empty((len(objects.vertices), 3), np.float32)
+    draw_objects(objects, state, rotations, seen, thing_depth, work)
+    cost = forth_cost(forth_sums(hand_depth, thing_depth, seen, 0, SIZE, 0, SIZE))
+    gradient = np.empty(3, np.float32)
+    inside = penetration(arrays, buffers, objects, state, rotations, 0, 24, gradient)
+    return cost + KINEMATIC_WEIGHT * finger_crossing(state) + 20.0 * inside
+
+
+def test_a_point_off_the_grid_is_at_least_as_far_from_the_surface_as_said():
+    objects = object_arrays([geometry_of(ObjectDatabase.load()["mug_0"])])
+    points = np.random.default_rng(6).uniform(-0.12, 0.12, (500, 3)).astype(np.float32)
+    gradient = np.empty(3, np.float32)
+    least = np.array([off_grid(objects, 0, *point) for point in points])
+    distance = np.array([signed_distance(objects, 0, *point, gradient) for point in points])
+    assert 0 < (least > 0.0).sum() < 500
+    assert np.all(distance[least > 0.0] >= least[least > 0.0] - 0.003)  # one cell of the grid
 
 
 def test_drawn_depth_agrees_with_ray_casting():

@@ -9,47 +9,38 @@ from numba import njit
 
 from intent_tracking.hand_kernel import JIT, new_hand_buffers, place_hand
 from intent_tracking.objective import PENETRATION_WEIGHT, draw_objects, penetration, pixel_cost
-from intent_tracking.raster import FAR, draw_capsule, tile_span
-
-
-@njit(**JIT)
-def finger_box(buffers, hand, finger, seen):  # type: ignore[no-untyped-def]
-    """Return rows and columns (r0, r1, c0, blocks) that a finger touches; 16 columns a block."""
-    size = seen.depth.shape[0]
-    r0, r1, c0, c1 = size, 0, size, 0
-    for i in range(3 * finger, 3 * finger + 3):
-        a, b, c, d = tile_span(buffers.ends, i, hand.radii[i], seen.u0, seen.v0, seen.step, size)
-        r0, r1, c0, c1 = min(r0, a), max(r1, b), min(c0, c), max(c1, d)
-    blocks = (max(c1 - c0, 0) + 15) // 16
-    return r0, r1, min(c0, size - 16 * blocks), blocks
+from intent_tracking.raster import FAR, draw_capsule
 
 
 @njit(**JIT)
 def finger_cost(  # type: ignore[no-untyped-def]
-    hand, buffers, objects, seen, rest, thing, own, state, rotations, finger, prior, posture, pull,
-    unusual, g,
+    hand, buffers, objects, seen, rest, thing, without, own, state, rotations, finger, prior,
+    posture, pull, unusual, g,
 ):  # fmt: skip
     """Return the cost of one finger's pose relative to the scene without that finger.
 
-    rest, thing (S, S): z-buffers of the hand without the finger and of all objects; own: work.
+    rest, thing (S, S): z-buffers of the hand without the finger and of all objects; without
+    (S, S): cost of every pixel with these; own (S, S): work, `FAR` before and after.
     """
     place_hand(hand, state, rotations[0], buffers)
-    total = np.float32(0.0)
-    r0, r1, c0, blocks = finger_box(buffers, hand, finger, seen)
-    if r0 < r1 and blocks > 0:
-        own[r0:r1, :] = FAR
-        for i in range(3 * finger, 3 * finger + 3):
-            draw_capsule(buffers.ends, i, hand.radii[i], own, seen.u0, seen.v0, seen.step)
-        for row in range(r0, r1):
-            for block in range(blocks):
-                s = c0 + 16 * block
-                zr, zf = rest[row, s : s + 16], own[row, s : s + 16]
-                zt, d = thing[row, s : s + 16], seen.depth[row, s : s + 16]
-                oh, ot = seen.hand[row, s : s + 16], seen.thing[row, s : s + 16]
-                valid = seen.valid[row, s : s + 16]
-                for j in range(16):
-                    with_it = pixel_cost(min(zr[j], zf[j]), zt[j], d[j], oh[j], ot[j], valid[j])
-                    total += with_it - pixel_cost(zr[j], zt[j], d[j], oh[j], ot[j], valid[j])
+    total, size = np.float32(0.0), seen.depth.shape[0]
+    r0, r1, c0, c1 = size, 0, size, 0
+    for i in range(3 * finger, 3 * finger + 3):
+        a, b, c, d = draw_capsule(buffers.ends, i, hand.radii[i], own, seen.u0, seen.v0, seen.step)
+        r0, r1, c0, c1 = min(r0, a), max(r1, b), min(c0, c), max(c1, d)
+    blocks = (max(c1 - c0, 0) + 15) // 16
+    c0 = min(c0, size - 16 * blocks)
+    for row in range(r0, r1):
+        for block in range(blocks):
+            s = c0 + 16 * block
+            zr, zf = rest[row, s : s + 16], own[row, s : s + 16]
+            zt, d = thing[row, s : s + 16], seen.depth[row, s : s + 16]
+            oh, ot = seen.hand[row, s : s + 16], seen.thing[row, s : s + 16]
+            valid, before = seen.valid[row, s : s + 16], without[row, s : s + 16]
+            for j in range(16):
+                with_it = pixel_cost(min(zr[j], zf[j]), zt[j], d[j], oh[j], ot[j], valid[j])
+                total += with_it - before[j]
+        own[row] = FAR
     inside = penetration(hand, buffers, objects, state, rotations, 3 * finger, 3 * finger + 3, g)
     total += PENETRATION_WEIGHT * inside
     base = 6 + 4 * finger
@@ -133,7 +124,8 @@ def sweep_fingers(  # type: ignore[no-untyped-def]
     work = np.empty((max(objects.vertices.shape[0], 1), 3), np.float32)
     thing = np.full((size, size), FAR)
     draw_objects(objects, state, rotations, seen, thing, work)
-    rest, own = np.empty((size, size), np.float32), np.full((size, size), FAR)
+    rest, without = np.empty((size, size), np.float32), np.empty((size, size), np.float32)
+    own = np.full((size, size), FAR)
     trial_state, g = state.copy(), np.empty(3, np.float32)
     for finger in range(5):
         place_hand(hand, state, rotations[0], buffers)
@@ -141,16 +133,22 @@ def sweep_fingers(  # type: ignore[no-untyped-def]
         for i in range(24):
             if i >= 15 or i // 3 != finger:
                 draw_capsule(buffers.ends, i, hand.radii[i], rest, seen.u0, seen.v0, seen.step)
+        for row in range(size):
+            for j in range(size):
+                without[row, j] = pixel_cost(
+                    rest[row, j], thing[row, j], seen.depth[row, j], seen.hand[row, j],
+                    seen.thing[row, j], seen.valid[row, j],
+                )  # fmt: skip
         trial_state[:] = state
         best = finger_cost(
-            hand, buffers, objects, seen, rest, thing, own, trial_state, rotations, finger, prior,
-            posture, pull, unusual, g,
+            hand, buffers, objects, seen, rest, thing, without, own, trial_state, rotations, finger,
+            prior, posture, pull, unusual, g,
         )  # fmt: skip
         for trial in range(trials):
             draw_trial(trial_state, state, limits, finger, trial, spread)
             cost = finger_cost(
-                hand, buffers, objects, seen, rest, thing, own, trial_state, rotations, finger,
-                prior, posture, pull, unusual, g,
+                hand, buffers, objects, seen, rest, thing, without, own, trial_state, rotations,
+                finger, prior, posture, pull, unusual, g,
             )  # fmt: skip
             if cost < best - np.float32(0.5):
                 best = cost

@@ -112,6 +112,25 @@ def object_arrays(objects: Sequence[ObjectGeometry]) -> ObjectArrays:
 
 
 @njit(**JIT)
+def off_grid(objects, k, x, y, z):  # type: ignore[no-untyped-def]
+    """Return at least how far a point in object k's frame is from its surface [m]; often 0.
+
+    Outside the grid, whose margin holds no surface, it is the margin plus the largest excess.
+    """
+    margin, zero = np.float32(GRID_MARGIN), np.float32(0.0)
+    scale, shape = objects.grid_scale[k], objects.grid_shape[k]
+    gx, gy, gz = (
+        x - objects.grid_origin[k, 0],
+        y - objects.grid_origin[k, 1],
+        z - objects.grid_origin[k, 2],
+    )
+    beyond = max(-gx, gx - np.float32(shape[0] - 1) / scale)
+    beyond = max(beyond, -gy, gy - np.float32(shape[1] - 1) / scale)
+    beyond = max(beyond, -gz, gz - np.float32(shape[2] - 1) / scale)
+    return margin + beyond if beyond > zero else zero
+
+
+@njit(**JIT)
 def signed_distance(objects, k, x, y, z, gradient):  # type: ignore[no-untyped-def]
     """Return the signed distance [m] of a point in object k's frame and write its gradient (3,).
 

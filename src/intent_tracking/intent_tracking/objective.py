@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 
 from intent_tracking.hand_kernel import JIT, Single, new_hand_buffers, place_hand, turn
-from intent_tracking.object_kernel import signed_distance
+from intent_tracking.object_kernel import off_grid, signed_distance
 from intent_tracking.raster import FAR, draw_capsule, draw_mesh
 
 SKIN_WEIGHT = np.float32(20.0)
@@ -52,16 +52,19 @@ class Labelled(NamedTuple):
 
 
 @njit(**JIT)
-def forth_cost(hand_depth, thing_depth, seen):  # type: ignore[no-untyped-def]
-    """Return D of two z-buffers (S, S) against the `Labelled` tile."""
-    one, zero, two = np.float32(1.0), np.float32(0.0), np.float32(2.0)
+def forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1):  # type: ignore[no-untyped-def]
+    """Return the six sums of D over rows r0..r1-1 and columns c0..c1-1.
+
+    Depth differences [m], union of observed and rendered foreground, then for hand and objects the
+    pixels in both images and those in either.
+    """
+    one, zero = np.float32(1.0), np.float32(0.0)
     total, area = zero, zero
     hand_and, hand_or, thing_and, thing_or = zero, zero, zero, zero
-    size = hand_depth.shape[0]
-    for row in range(size):
-        zh, zt, d = hand_depth[row], thing_depth[row], seen.depth[row]
-        oh, ot = seen.hand[row], seen.thing[row]
-        for j in range(size):
+    for row in range(r0, r1):
+        zh, zt, d = hand_depth[row, c0:c1], thing_depth[row, c0:c1], seen.depth[row, c0:c1]
+        oh, ot = seen.hand[row, c0:c1], seen.thing[row, c0:c1]
+        for j in range(c1 - c0):
             z = min(zh[j], zt[j])
             missing = d[j] <= zero
             observed = oh[j] + ot[j]
@@ -78,12 +81,33 @@ def forth_cost(hand_depth, thing_depth, seen):  # type: ignore[no-untyped-def]
             hand_or += oh[j] if missing else max(hand, oh[j])
             thing_and += thing * ot[j] * agree
             thing_or += ot[j] if missing else max(thing, ot[j])
-    eps = np.float32(1e-6)
-    cost = np.float32(100.0) * total / (area + eps)
-    cost += SKIN_WEIGHT * (one - two * hand_and / (hand_and + hand_or + eps))
-    if thing_or > zero:
-        cost += SKIN_WEIGHT * (one - two * thing_and / (thing_and + thing_or + eps))
+    return total, area, hand_and, hand_or, thing_and, thing_or
+
+
+@njit(**JIT)
+def forth_cost(sums):  # type: ignore[no-untyped-def]
+    """Return D from its six sums over the tile."""
+    one, two, eps = np.float32(1.0), np.float32(2.0), np.float32(1e-6)
+    cost = np.float32(100.0) * sums[0] / (sums[1] + eps)
+    cost += SKIN_WEIGHT * (one - two * sums[2] / (sums[2] + sums[3] + eps))
+    if sums[5] > np.float32(0.0):
+        cost += SKIN_WEIGHT * (one - two * sums[4] / (sums[4] + sums[5] + eps))
     return cost
+
+
+@njit(**JIT)
+def sums_above(hand_depth, thing_depth, seen, above):  # type: ignore[no-untyped-def]
+    """Write the sums of D over all rows above each row in strips of 16 columns.
+
+    above (S + 1, S / 16, 6): the sums over any rows of a strip are a difference of two entries.
+    """
+    above[0] = np.float32(0.0)
+    for row in range(seen.depth.shape[0]):
+        for strip in range(above.shape[1]):
+            c = 16 * strip
+            sums = forth_sums(hand_depth, thing_depth, seen, row, row + 1, c, c + 16)
+            for n in range(6):
+                above[row + 1, strip, n] = above[row, strip, n] + sums[n]
 
 
 @njit(**JIT)
@@ -109,15 +133,12 @@ def penetration(hand, buffers, objects, state, rotations, first, last, gradient)
                 x = a[0] + t * (b[0] - a[0]) - state[o]
                 y = a[1] + t * (b[1] - a[1]) - state[o + 1]
                 z = a[2] + t * (b[2] - a[2]) - state[o + 2]
-                phi = signed_distance(
-                    objects,
-                    k,
-                    r[0, 0] * x + r[1, 0] * y + r[2, 0] * z,
-                    r[0, 1] * x + r[1, 1] * y + r[2, 1] * z,
-                    r[0, 2] * x + r[1, 2] * y + r[2, 2] * z,
-                    gradient,
-                )
-                total += max(hand.radii[i] - phi - np.float32(0.001), np.float32(0.0))
+                lx = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z
+                ly = r[0, 1] * x + r[1, 1] * y + r[2, 1] * z
+                lz = r[0, 2] * x + r[1, 2] * y + r[2, 2] * z
+                if off_grid(objects, k, lx, ly, lz) < hand.radii[i]:
+                    phi = signed_distance(objects, k, lx, ly, lz, gradient)
+                    total += max(hand.radii[i] - phi - np.float32(0.001), np.float32(0.0))
     return total
 
 
@@ -139,22 +160,18 @@ def pixel_cost(zh, zt, d, oh, ot, valid):  # type: ignore[no-untyped-def]
 
 @njit(**JIT)
 def draw_objects(objects, state, rotations, seen, depth, work):  # type: ignore[no-untyped-def]
-    """Draw the K objects of a state into depth (S, S)."""
+    """Draw the K objects of a state into depth (S, S); return the window as `draw_mesh` does."""
+    r0, r1, c0, c1 = depth.shape[0], 0, depth.shape[0], 0
     for k in range(objects.surface.shape[0]):
         o = 26 + 6 * k
-        draw_mesh(
-            objects.vertices[objects.vertex_start[k] : objects.vertex_start[k + 1]],
-            objects.faces[objects.face_start[k] : objects.face_start[k + 1]],
-            rotations[1 + k],
-            state[o],
-            state[o + 1],
-            state[o + 2],
-            depth,
-            seen.u0,
-            seen.v0,
-            seen.step,
-            work,
-        )
+        vertices = objects.vertices[objects.vertex_start[k] : objects.vertex_start[k + 1]]
+        faces = objects.faces[objects.face_start[k] : objects.face_start[k + 1]]
+        a, b, c, d = draw_mesh(
+            vertices, faces, rotations[1 + k], state[o], state[o + 1], state[o + 2], depth,
+            seen.u0, seen.v0, seen.step, work,
+        )  # fmt: skip
+        r0, r1, c0, c1 = min(r0, a), max(r1, b), min(c0, c), max(c1, d)
+    return r0, r1, c0, c1
 
 
 @njit(**JIT)
@@ -195,6 +212,14 @@ def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-unt
 
 
 @njit(**JIT)
+def turn_bodies(state, base, rotations):  # type: ignore[no-untyped-def]
+    """Write the rotations (1 + K, 3, 3) that the increments of a state make of `base`."""
+    for body in range(base.shape[0]):
+        o = 3 if body == 0 else 23 + 6 * body
+        turn(state[o], state[o + 1], state[o + 2], base[body], rotations[body])
+
+
+@njit(**JIT)
 def forth_costs(hand, objects, seen, states, base, first, last, move_objects, costs):  # type: ignore[no-untyped-def]
     """Write E of particles first..last-1; rotations are increments exp(state[3:6]) on `base`.
 
@@ -212,23 +237,37 @@ def forth_costs(hand, objects, seen, states, base, first, last, move_objects, co
     size = seen.depth.shape[0]
     buffers = new_hand_buffers()
     work = np.empty((max(objects.vertices.shape[0], 1), 3), np.float32)
-    hand_depth = np.empty((size, size), np.float32)
-    thing_depth = np.empty((size, size), np.float32)
+    hand_depth, thing_depth = np.full((size, size), FAR), np.full((size, size), FAR)
+    above, sums = np.empty((size + 1, size // 16, 6), np.float32), np.empty(6, np.float32)
     rotations, gradient = base.copy(), np.empty(3, np.float32)
+    if not move_objects and last > first:
+        turn_bodies(states[first], base, rotations)
+        draw_objects(objects, states[first], rotations, seen, thing_depth, work)
+    sums_above(hand_depth, thing_depth, seen, above)
     for p in range(first, last):
         state = states[p]
-        for body in range(base.shape[0]):
-            o = 3 if body == 0 else 23 + 6 * body
-            turn(state[o], state[o + 1], state[o + 2], base[body], rotations[body])
+        turn_bodies(state, base, rotations)
         place_hand(hand, state, rotations[0], buffers)
-        hand_depth[:, :] = FAR
+        r0, r1, c0, c1 = size, 0, size, 0
         for i in range(24):
-            draw_capsule(buffers.ends, i, hand.radii[i], hand_depth, seen.u0, seen.v0, seen.step)
-        if move_objects or p == first:
-            thing_depth[:, :] = FAR
-            draw_objects(objects, state, rotations, seen, thing_depth, work)
-        costs[p] = forth_cost(hand_depth, thing_depth, seen) + KINEMATIC_WEIGHT * finger_crossing(
-            state
-        )
+            a, b, c, d = draw_capsule(
+                buffers.ends, i, hand.radii[i], hand_depth, seen.u0, seen.v0, seen.step
+            )
+            r0, r1, c0, c1 = min(r0, a), max(r1, b), min(c0, c), max(c1, d)
+        if move_objects:
+            a, b, c, d = draw_objects(objects, state, rotations, seen, thing_depth, work)
+            r0, r1, c0, c1 = min(r0, a), max(r1, b), min(c0, c), max(c1, d)
+        r1, c0, c1 = max(r0, r1), c0 // 16 * 16, (max(c0, c1) + 15) // 16 * 16
+        drawn = forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1)
+        for n in range(6):
+            sums[n] = drawn[n]
+            for strip in range(size // 16):
+                sums[n] += above[size, strip, n]
+            for strip in range(c0 // 16, c1 // 16):
+                sums[n] -= above[r1, strip, n] - above[r0, strip, n]
+        hand_depth[r0:r1] = FAR
+        if move_objects:
+            thing_depth[r0:r1] = FAR
         inside = penetration(hand, buffers, objects, state, rotations, 0, 24, gradient)
+        costs[p] = forth_cost(sums) + KINEMATIC_WEIGHT * finger_crossing(state)
         costs[p] += np.float32(20.0) * inside
