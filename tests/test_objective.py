@@ -131,7 +131,7 @@ def test_a_capsule_changes_pixels_within_its_window_only(seed):
         r0, r1, c0, c1 = draw_capsule(buffers.ends, i, radius, depth, ORIGIN, ORIGIN, STEP)
         rows, columns = np.nonzero(depth < 1.0)
         assert np.all((rows >= r0) & (rows < r1) & (columns >= c0) & (columns < c1))
-        if 0 < r0 and 0 < c0 and max(r1, c1) < SIZE:  # all of it is on the tile
+        if 0 not in (r0, c0) and r0 < r1 and max(r1, c1) < SIZE:  # all of it is on the tile
             assert max(rows.min() - r0, columns.min() - c0) < 3
             assert max(r1 - rows.max(), c1 - columns.max()) < 4
 
