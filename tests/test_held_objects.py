@@ -16,7 +16,7 @@ def moments():
     hull = SignedDistance.from_mesh(mug.mesh.convex_hull, 0.003, 0.03)
     truths = pour_sequence(0.0, hand, hull)
     truths = [*truths[48:54:2], *truths[54:79:4], *truths[100:124:2]]
-    return mug, truths, list(rendered_frames(truths, hand, mug.mesh, mug.color, rng))
+    return mug, truths, list(rendered_frames(truths, hand, (mug.mesh, mug.color), rng))
 
 
 def offsets(moments):

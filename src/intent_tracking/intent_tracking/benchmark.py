@@ -19,6 +19,7 @@ import numpy as np
 
 from intent_tracking.benchmark_bags import BagErrors, bag_errors, bags_with_truth
 from intent_tracking.benchmark_motions import motion_figures
+from intent_tracking.benchmark_numbers import milliseconds_by_objects
 from intent_tracking.benchmark_real import real_figures
 from intent_tracking.benchmark_speed import evaluations_per_second, parallel_speedup
 from intent_tracking.benchmark_views import (
@@ -134,6 +135,12 @@ def recoveries(scope: Scope) -> dict[str, Any]:
     return {"recovery_rate": rate}
 
 
+def objects(scope: Scope) -> dict[str, Any]:
+    """Return the CPU time with N = 0 to 4 objects, one of them moved."""
+    figures = milliseconds_by_objects(scope.seed, 20 if scope.quick else 125)
+    return {"cpu_ms_by_objects": figures}
+
+
 def speed(scope: Scope) -> dict[str, Any]:
     """Return rendered evaluations per second and the gain of a second core."""
     return {
@@ -171,6 +178,7 @@ PARTS: dict[str, Callable[[Scope], dict[str, Any]]] = {
     "dexycb": dexycb,
     "real": real,
     "recovery": recoveries,
+    "objects": objects,
     "speed": speed,
     "pso": pso,
     "without_swarm": without_swarm,

@@ -65,7 +65,7 @@ def view_sequence(view: str, seed: int, frames: int | None = None) -> ViewSequen
     hand = mismatched_hand(rng)
     hull = SignedDistance.from_mesh(model.mesh.convex_hull, 0.003, 0.03)
     truths = pour_sequence(VIEWS[view], hand, hull)[:frames]
-    drawn = list(rendered_frames(truths, hand, model.mesh, model.color, rng))
+    drawn = list(rendered_frames(truths, hand, (model.mesh, model.color), rng))
     return ViewSequence(model, hand, truths, drawn)
 
 

@@ -5,7 +5,7 @@ bone lengths and radii. Views: v0 sees the back of the hand, v120 has the hand b
 v240 sees the fingers edge-on. 125 frames, up to 8.8 degrees per joint and 12.5 mm per frame.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -147,42 +147,72 @@ def _closed_fingers(
     return joints
 
 
+@dataclass(frozen=True, eq=False)
+class Thing:
+    """A coloured object at rest in the scene."""
+
+    mesh: Mesh
+    color: Array
+    """(3,) RGB in [0, 1]."""
+    T_camera_object: Array
+
+
 def rendered_frames(
-    frames: list[ViewFrame], hand: HandModel, mesh: Mesh, color: Array, rng: np.random.Generator
+    frames: list[ViewFrame],
+    hand: HandModel,
+    held: tuple[Mesh, Array] | None,
+    rng: np.random.Generator,
+    resting: Sequence[Thing] = (),
 ) -> Iterator[RgbdFrame]:
-    """Yield each moment as a Kinect would see it: depth noise, edge jitter, dropouts, colours."""
+    """Yield each moment as a Kinect would see it: depth noise, edge jitter, dropouts, colours.
+
+    Args:
+        frames: the motion.
+        hand: the hand that moves.
+        held: mesh and colour (3,) of the object that it takes, None: it moves without one.
+        rng: of all noise.
+        resting: objects that stay where they are.
+    """
     arrays, buffers = hand_arrays(hand), hand_buffers()
-    vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
-    faces = np.ascontiguousarray(mesh.faces, dtype=np.int32)
-    work = np.zeros_like(vertices)
     step = np.float32(1.0 / KINECT.fx)
     u0, v0 = np.float32(-KINECT.cx / KINECT.fx), np.float32(-KINECT.cy / KINECT.fy)
+    palette = [_SKIN, *(255.0 * np.asarray(thing.color) for thing in resting)]
+    still = [_drawn(thing.mesh, thing.T_camera_object) for thing in resting]
+    if held is not None:
+        palette.append(255.0 * np.asarray(held[1]))
     for number, truth in enumerate(frames):
         state = np.concatenate([truth.T_camera_hand[:3, 3], np.zeros(3), truth.joints])
-        hand_depth = np.full((640, 640), FAR, np.float32)
-        object_depth = hand_depth.copy()
+        depth = np.full((640, 640), FAR, np.float32)
         rotation = truth.T_camera_hand[:3, :3].astype(np.float32)
         place_hand(arrays, state.astype(np.float32), rotation, buffers)
         for i, radius in enumerate(arrays.radii):
-            draw_capsule(buffers.ends, i, radius, hand_depth, u0, v0, step)
-        pose = truth.T_camera_object.astype(np.float32)
-        turn, origin = np.ascontiguousarray(pose[:3, :3]), pose[:3, 3]
-        draw_mesh(vertices, faces, turn, *origin, object_depth, u0, v0, step, work)
-        yield _observed(number, hand_depth[:480], object_depth[:480], color, rng)
+            draw_capsule(buffers.ends, i, radius, depth, u0, v0, step)
+        layers = [depth[:480], *still]
+        if held is not None:
+            layers.append(_drawn(held[0], truth.T_camera_object))
+        yield _observed(number, np.stack(layers), np.stack([_BACKGROUND, *palette]), rng)
+
+
+def _drawn(mesh: Mesh, pose: Array) -> NDArray[np.float32]:
+    """Return the depth (480, 640) of a mesh at a pose (4, 4) in the camera's frame."""
+    step = np.float32(1.0 / KINECT.fx)
+    u0, v0 = np.float32(-KINECT.cx / KINECT.fx), np.float32(-KINECT.cy / KINECT.fy)
+    vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
+    faces = np.ascontiguousarray(mesh.faces, dtype=np.int32)
+    depth, placed = np.full((640, 640), FAR, np.float32), pose.astype(np.float32)
+    turn, origin = np.ascontiguousarray(placed[:3, :3]), placed[:3, 3]
+    draw_mesh(vertices, faces, turn, *origin, depth, u0, v0, step, np.zeros_like(vertices))
+    return depth[:480]
 
 
 def _observed(
-    number: int,
-    hand: NDArray[np.float32],
-    thing: NDArray[np.float32],
-    color: Array,
-    rng: np.random.Generator,
+    number: int, layers: NDArray[np.float32], palette: Array, rng: np.random.Generator
 ) -> RgbdFrame:
-    """Return the noisy frame of two depth images (480, 640)."""
+    """Return the noisy frame of depth images (L, 480, 640); palette (1 + L, 3): what they show."""
     import cv2
 
-    depth = np.minimum(np.minimum(hand, thing), 1.15).astype(np.float32)
-    label = np.where(depth >= 1.15, 0, np.where(hand < thing, 1, 2))
+    depth = np.minimum(layers.min(axis=0), 1.15).astype(np.float32)
+    label = np.where(depth >= 1.15, 0, 1 + layers.argmin(axis=0))
     jitter = np.clip(np.round(rng.normal(0.0, 0.5, (2, 480, 640))), -1, 1).astype(int)
     rows = np.clip(np.arange(480)[:, None] + jitter[0], 0, 479)
     columns = np.clip(np.arange(640) + jitter[1], 0, 639)
@@ -191,7 +221,6 @@ def _observed(
     edge = cv2.dilate(depth, np.ones((3, 3))) - cv2.erode(depth, np.ones((3, 3)))
     lost = (edge > 0.02) & (rng.random(depth.shape) < 0.5) | (rng.random(depth.shape) < 0.005)
     noisy[lost] = 0.0
-    palette = np.stack([_BACKGROUND, _SKIN, 255.0 * np.asarray(color)])
     slope = cv2.Sobel(depth, cv2.CV_32F, 1, 0, ksize=3)[..., None]
     shade = 1.0 - 0.25 * np.clip(np.abs(slope) * 40.0, 0.0, 1.0)
     image = palette[label] * shade + rng.normal(0.0, 5.0, (480, 640, 3))
