@@ -17,7 +17,7 @@ from intent_imitation.execution import World
 from intent_imitation.execution_pictures import STRIP_CAMERA, picture_of_execution
 from intent_imitation.experience import LabelledGrasps, read_experience
 from intent_imitation.hand_mesh import hand_mesh
-from intent_imitation.panels import OBJECT_COLORS, mosaic
+from intent_imitation.panels import MARKED_COLOR, OBJECT_COLORS, mosaic
 from intent_imitation.pictures import Body, Image, Tag, annotate, studio, write_image
 from intent_imitation.plan import Array, GraspCandidate
 from intent_imitation.planner import GraspPlanner
@@ -26,14 +26,16 @@ from intent_imitation.trials import DATA
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.labels import label_grasp
 from intent_inference.simulation.task_object import TaskObject
+from intent_perception.camera import Camera
 from intent_perception.geometry import look_at, make_pose, rotation_from_vector
 from intent_perception.objects import CLUTTER, ObjectDatabase, ObjectModel
 
 _SKIN = (0.91, 0.72, 0.60)
+_TABLE_CAMERA = Camera(1216, 460, 1150.0, 1150.0, 607.5, 229.5)
 
 
 def picture(human_object: str, robot_table: tuple[str, ...], task: str, seed: int) -> Image:
-    """Return the figure: two rows of pictures.
+    """Return the figure: the human and the robot's table, then a row for each execution.
 
     Args:
         human_object: name of the object in the human's hand.
@@ -69,7 +71,9 @@ def picture(human_object: str, robot_table: tuple[str, ...], task: str, seed: in
         models[index].name,
     )
     chosen = [item.id for item in scene.recognized().objects].index(plan.grasps[0].object_id)
-    strips = [_first_row(database[human_object], human, row, task)]
+    first = _first_row(database[human_object], human, row, task)
+    gap = np.full((first.shape[0], 8, 3), 255, dtype=np.uint8)
+    strips = [np.hstack([first, gap, _table_seen(scene, chosen)])]
     if copied is not None:
         strips.append(_strip(scene, hand, copied, index, "posture copied"))
     strips.append(_strip(scene, hand, plan.grasps[0], chosen, "goal imitated"))
@@ -93,6 +97,18 @@ def _first_row(model: ObjectModel, human: LabelledGrasps, row: int, task: str) -
         words = f"the human: {task}" if number == 0 else "the same, from behind"
         tiles.append(annotate(image, [Tag(words, (1.0, 1.0, 1.0), (0.0, 0.0))], size=0.65))
     return mosaic(tiles, len(tiles))
+
+
+def _table_seen(scene: Scene, chosen: int) -> Image:
+    """Draw the robot's table, the object that it chooses in green."""
+    bodies = [
+        Body(model.mesh, pose, MARKED_COLOR if k == chosen else OBJECT_COLORS[k])
+        for k, (model, pose) in enumerate(zip(scene.models, scene.T_table_objects, strict=True))
+    ]
+    middle = scene.T_table_objects[:, :3, 3].mean(axis=0)
+    image = studio(_TABLE_CAMERA, look_at(middle + np.array([0.0, -0.9, 0.5]), middle), bodies)
+    words = "the robot's table, its choice in green"
+    return annotate(image, [Tag(words, (1.0, 1.0, 1.0), (0.0, 0.0))], size=0.65)
 
 
 def _strip(

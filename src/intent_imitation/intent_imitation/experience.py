@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from intent_imitation.collision import Obstacle, clearances
 from intent_imitation.plan import Array
+from intent_imitation.planner import PlannerConfig
 from intent_imitation.scenes import Scene
 from intent_inference.simulation.dataset import Row, poses_of_rows, read_rows, write_rows
 from intent_inference.simulation.grasping_hand import GraspingHand
@@ -76,12 +77,25 @@ class Judge:
         hand: GraspingHand,
         experience: dict[str, LabelledGrasps],
         distance: Callable[[str], SignedDistance],
+        config: PlannerConfig,
     ) -> None:
-        """Take labelled grasps by object, and what gives the signed distance of a model."""
+        """Take what is known.
+
+        Args:
+            hand: the robot's hand.
+            experience: labelled grasps by object.
+            distance: gives the signed distance of a model.
+            config: the gaps that a reachable grasp leaves, the same for planner and judge.
+        """
         self._hand, self._experience, self._distance = hand, experience, distance
+        self._config = config
 
     def affording(self, scene: Scene) -> tuple[bool, ...]:
-        """Return for each object whether a grasp with the task's label can be reached there."""
+        """Return for each object whether a grasp with the task's label can be reached there.
+
+        Labelled grasps alone decide, the same for every chooser; what an execution shows later
+        changes nothing.
+        """
         return tuple(self._affords(scene, index) for index in range(len(scene.models)))
 
     def share(self, name: str, task: str) -> float | None:
@@ -115,4 +129,4 @@ class Judge:
             target,
             tuple(obstacles),
         )
-        return bool(np.any((gaps.surroundings > 0.002) & (gaps.target > -0.010)))
+        return bool(np.any(self._config.leaves_room(gaps)))

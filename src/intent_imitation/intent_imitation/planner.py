@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_imitation.affordance import task_chances
-from intent_imitation.collision import Obstacle, clearances
+from intent_imitation.collision import Clearances, Obstacle, clearances
 from intent_imitation.hypotheses import Hypotheses, HypothesisSource
 from intent_imitation.library import GraspLibrary
 from intent_imitation.plan import Array, GraspCandidate, GraspPlan, ObjectChoice
@@ -65,6 +65,11 @@ class PlannerConfig:
             raise ValueError("expected grasps, batch and unshaken of at least 1")
         if self.stability_weight < 0.0:
             raise ValueError(f"expected stability_weight >= 0, got {self.stability_weight}")
+
+    def leaves_room(self, gaps: Clearances) -> NDArray[np.bool_]:
+        """Return whether each grasp (G,) keeps the least gaps on its way."""
+        free = (gaps.table >= self.table_gap) & (gaps.target >= self.target_gap)
+        return np.asarray(free & (gaps.neighbours >= self.neighbour_gap))
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +130,11 @@ class GraspPlanner:
             if self._source.knows(item.model):
                 self._source.distance(item.model)
                 self._chance(item.model, item.object_class)
+
+    @property
+    def config(self) -> PlannerConfig:
+        """Thresholds and gaps."""
+        return self._config
 
     def kinds(self, item: RecognizedObject) -> Mapping[str, float]:
         """Return p(class) of a recognised object: as told, or as its shape suggests."""
@@ -274,8 +284,7 @@ class GraspPlanner:
             target,
             neighbours,
         )
-        free = (gaps.table >= self._config.table_gap) & (gaps.target >= self._config.target_gap)
-        free &= gaps.neighbours >= self._config.neighbour_gap
+        free = self._config.leaves_room(gaps)
         return [
             GraspCandidate(
                 items[index].id,

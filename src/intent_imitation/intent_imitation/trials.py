@@ -92,7 +92,7 @@ class Laboratory:
         met = library.kinds.only([m.name for m in known.models if m.name not in self.unseen])
         library = replace(library, kinds=met)
         self.planner = GraspPlanner(merged(known, clutter), model=self.model, library=library)
-        self.judge = Judge(self.hand, experience, self.planner.distance)
+        self.judge = Judge(self.hand, experience, self.planner.distance, self.planner.config)
         self.human = read_experience(DATA / "human.csv.gz", GraspingHand.load("human"))
         self._targets: dict[str, TaskObject] = {}
 
@@ -119,7 +119,7 @@ def run_trial(
     started = time.process_time()
     plan = laboratory.planner.plan(scene.task)
     seconds = time.process_time() - started
-    affording = list(laboratory.judge.affording(scene))
+    affording = laboratory.judge.affording(scene)
     rivals = (
         class_choice(laboratory, scene, rng, told=True),
         class_choice(laboratory, scene, rng, told=False),
@@ -134,8 +134,6 @@ def run_trial(
         return replace(blank, correct=False, class_only=told, class_guessed=guessed)
     index = [item.id for item in objects.objects].index(plan.grasps[0].object_id)
     outcome, rule = executed(laboratory, scene, plan.grasps[0], index, "chosen")
-    if outcome.held and rule:
-        affording[index] = True  # what has been done can be done
     trial = Trial(
         scene.task,
         any(affording),
