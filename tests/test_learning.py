@@ -9,7 +9,7 @@ from tests.grasp_tables import made_up_grasps
 from intent_inference.dataset import GraspTable
 from intent_inference.evaluation.scores import auc, calibration_error
 from intent_inference.features import select_rows
-from intent_inference.learning.fitting import Recipe, TrainingConfig, train
+from intent_inference.learning.fitting import Recipe, TrainingConfig, assign, train
 from intent_inference.learning.parameters import DirichletPrior, soft_counts, table_from_counts
 from intent_inference.learning.structure import (
     TASK,
@@ -161,6 +161,38 @@ def test_adding_in_parts_equals_adding_at_once(model: TaskModel) -> None:
                     table_from_counts(b.counts[v], b.prior),
                     atol=1e-12,
                 )
+
+
+def test_adding_equals_counting_all_grasps_at_once(model: TaskModel) -> None:
+    first, more = made_up_grasps(70, seed=4), made_up_grasps(60, seed=5)
+    added = add_demonstrations(model, more)
+    for networks, grown in zip(model.networks, added.networks, strict=True):
+        for member, after in zip(networks.members, grown.members, strict=True):
+            rows = []
+            for table in (first, more):
+                own = assign(table.features, model.quantisers, model.classes)
+                labels = np.eye(2)[table.labels[networks.task].astype(int)]
+                rows.append({v: own[key] for v, key in member.keys.items()} | {TASK: labels})
+            both = {v: np.concatenate([part[v] for part in rows]) for v in rows[0]}
+            for v, parents in member.parents.items():
+                batch = soft_counts(both, v, parents) - soft_counts(rows[0], v, parents)
+                assert after.counts[v] - member.counts[v] == pytest.approx(batch, abs=1e-9)
+
+
+def test_soft_counts_are_products_of_shares_summed_over_rows() -> None:
+    rng = np.random.default_rng(3)
+    shares = {"soft": rng.dirichlet(np.ones(4), 50), "other": rng.dirichlet(np.ones(3), 50)}
+    shares |= {
+        "crisp": np.eye(2)[rng.integers(0, 2, 50)],
+        "sure": np.eye(3)[rng.integers(0, 3, 50)],
+    }
+    shares["crisp"][:5] = 0.0
+    weights = rng.random(50)
+    for child, (a, b) in {"soft": ("other", "crisp"), "sure": ("crisp", "other")}.items():
+        expected = np.einsum("n,na,nb,nc->abc", weights, shares[a], shares[b], shares[child])
+        assert soft_counts(shares, child, (a, b), weights) == pytest.approx(expected, abs=1e-12)
+    expected = np.einsum("na,nc->ac", shares["crisp"], shares["sure"])
+    assert soft_counts(shares, "sure", ("crisp",)) == pytest.approx(expected, abs=1e-12)
 
 
 def test_demonstrations_move_the_posterior_towards_their_label(model: TaskModel) -> None:

@@ -34,6 +34,9 @@ class ProtocolConfig:
 
     training: TrainingConfig = field(default_factory=TrainingConfig)
     baselines: bool = True
+    """Class only and gradient boosting, too."""
+    recipes: bool = True
+    """Of the baselines, the paper's recipe and hard discretisation, too."""
     share: float = 0.7
     """Share of the rows (or groups) for training."""
 
@@ -107,7 +110,7 @@ def run_trial(
     part, test = table.select(split[0]), table.select(split[1])
     training = replace(config.training, masks=tuple(masks))
     recipes = training.recipes
-    if config.baselines:
+    if config.baselines and config.recipes:
         extra = (PAPER, HARD, *(replace(r, hard=True) for r in recipes))
         training = replace(training, compared=extra)
     model = train(part, np.random.default_rng(seed), training)
@@ -121,7 +124,7 @@ def run_trial(
         whole = model.evidence(test.features)
         evidence = whole.without(model.bank, hidden)
         answers = {"ours": sigmoid(model.calibrated_log_odds(evidence))}
-        if config.baselines and mask in ("full", "partial"):
+        if model.compared[0].members and mask in ("full", "partial"):
             answers.update(_recipes(model, evidence))
         for method, values in answers.items():
             for column, task in enumerate(model.tasks):

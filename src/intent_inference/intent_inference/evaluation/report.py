@@ -58,10 +58,10 @@ def evaluation_report(
     """
     rng = np.random.default_rng(config.seed)
     report: dict[str, Any] = {"rows": table.rows, "table_2": table_2(table)}
-    trials = []
+    trials: list[Trial] = []
     for number, split in enumerate(random_splits(table, config.trials, protocol.share, rng)):
         trials.append(run_trial(table, split, config.seed + number, protocol))
-        progress(f"random split {number + 1} of {config.trials}")
+        progress(f"random split {number + 1} of {config.trials}: {_brief(table, trials[-1])}")
     scores = _collect(table, trials)
     report["tasks"] = _task_report(table, trials, scores)
     report["auc_mean"] = _means(scores, tuple(table.labels))
@@ -144,13 +144,23 @@ def _means(scores: Scores, tasks: tuple[str, ...]) -> dict[str, dict[str, dict[s
     return result
 
 
+def _brief(table: GraspTable, trial: Trial) -> str:
+    """Return the mean AUC (and ours within classes) of each method in one trial."""
+    means = _means(_collect(table, [trial]), tuple(table.labels))
+    figures = [f"{m} {mask} {v['auc']:.4f}" for m, own in means.items() for mask, v in own.items()]
+    within = [f"{mask} {v['within_class']:.4f}" for mask, v in means["ours"].items()]
+    return f"{', '.join(figures)}; within {', '.join(within)}"
+
+
 def _unseen(
     table: GraspTable, protocol: ProtocolConfig, config: ReportConfig, rng: np.random.Generator,
     progress: Progress,
 ) -> dict[str, Any]:  # fmt: skip
-    trials = []
+    trials: list[Trial] = []
+    protocol = replace(protocol, recipes=False)
     splits = group_splits(table, config.group, config.group_trials, protocol.share, rng)
     for number, split in enumerate(splits):
         trials.append(run_trial(table, split, config.seed + number, protocol))
-        progress(f"split by {config.group} {number + 1} of {config.group_trials}")
+        done = f"split by {config.group} {number + 1} of {config.group_trials}"
+        progress(f"{done}: {_brief(table, trials[-1])}")
     return _means(_collect(table, trials), tuple(table.labels))

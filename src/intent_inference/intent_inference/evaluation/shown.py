@@ -1,14 +1,15 @@
 """What rendered demonstrations show: objects in no training set, people of their own, true labels.
 
-One person shows one object several times. The object is one of the parametric makers' with other
-proportions, so it is in no database; the person's hand is not the one that grasps were simulated
-with; a grasp is found by closing that person's fingers, and what it affords is what the label rules
-say of it and of the contacts of that person's skin.
+One person shows one object several times, half of the people in grasps that afford the task shown.
+The object is one of the parametric makers' with other proportions, so it is in no database; the
+person's hand is not the one that grasps were simulated with; a grasp is found by closing that
+person's fingers, and what it affords is what the label rules say of it and of the contacts of that
+person's skin.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -48,6 +49,8 @@ SHOWN = {
 TIMES = 6
 """Demonstrations of one object by one person, spread over the purposes."""
 _STRETCH = 0.15
+_SPACING = 0.0032
+"""Grid in which a person's skin is meshed: two pixels of the picture [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,20 +104,26 @@ def _lesson(number: int) -> _Lesson:
     model_class = names[number % len(names)]
     name = f"unseen_{model_class}_{number}"
     model = stretched(model_class, int(rng.integers(len(MAKERS[model_class]))), rng, name)
-    skin = make_skin(sample_hand(rng, "left" if rng.random() < 0.15 else "right"))
+    skin = make_skin(sample_hand(rng, "left" if rng.random() < 0.15 else "right"), _SPACING)
     body = sample_body(rng)
     taker = Taker(skin, graspable(model), rng)
-    tasks = SHOWN[model_class]
+    target, tasks = TaskObject(model), SHOWN[model_class]
     times = TIMES // len(tasks)
+    proper = number // len(names) % 2 == 1  # else as it comes: many such grasps do not afford it
     reaches: list[tuple[str, Reach]] = []
     for task in tasks:
         spot = sample_spots(1, rng)[0]
+        accept = partial(_affords, target, task) if proper else None
         try:
-            found = plan_reaches(taker, model, task, body, spot, rng, enough=times)
+            found = plan_reaches(taker, model, task, body, spot, rng, accept, enough=times)
         except ValueError:
             continue  # this person cannot take this object so
         reaches.extend((task, reach) for reach in _different(found, times))
-    return _Lesson(model, TaskObject(model), skin, taker, body, tuple(reaches))
+    return _Lesson(model, target, skin, taker, body, tuple(reaches))
+
+
+def _affords(target: TaskObject, task: str, grasp: Grasp) -> bool:
+    return true_labels(target, grasp)[task] is not False
 
 
 def _different(found: Sequence[Reach], count: int) -> list[Reach]:

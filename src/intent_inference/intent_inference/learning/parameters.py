@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from intent_perception.geometry import Array
 
@@ -59,19 +60,44 @@ def soft_counts(
     shares = assignments[variable]
     crisp = [p for p in parents if _is_crisp(assignments[p])]
     soft = [p for p in parents if p not in crisp]
-    states = {p: assignments[p].shape[1] for p in parents}
-    context = joint_assignment([assignments[p] for p in crisp], len(shares))
-    if weights is not None:
-        context = context * weights[:, None]
-    joint = joint_assignment([assignments[p] for p in soft], len(shares))
-    counts = np.zeros((context.shape[1], joint.shape[1], shares.shape[1]))
+    states = [assignments[p].shape[1] for p in (*crisp, *soft)]
     # Task and class are known for sure: a row belongs to one of their combinations only.
-    for state, weight in enumerate(context.T):
-        rows = np.flatnonzero(weight)
-        counts[state] = (joint[rows] * weight[rows, None]).T @ shares[rows]
-    counts = counts.reshape(*(states[p] for p in (*crisp, *soft)), shares.shape[1])
-    order = [(*crisp, *soft).index(p) for p in parents]
-    return np.ascontiguousarray(counts.transpose(*order, len(parents)))
+    context, weight = _combination([assignments[p] for p in crisp], len(shares))
+    weight = weight if weights is None else weight * weights
+    if not soft and _is_crisp(shares):
+        cell = context * shares.shape[1] + shares.argmax(axis=1)
+        cells = int(np.prod(states, dtype=np.int64)) * shares.shape[1]
+        counts = np.bincount(cell, weight * shares.max(axis=1), cells)
+    else:
+        counts = np.zeros(
+            (
+                int(np.prod(states[: len(crisp)], dtype=np.int64)),
+                int(np.prod(states[len(crisp) :], dtype=np.int64)),
+                shares.shape[1],
+            )
+        )
+        order = np.argsort(context, kind="stable")
+        starts = np.flatnonzero(np.diff(context[order], prepend=-1))
+        for rows in np.split(order, starts[1:]):
+            joint = joint_assignment([assignments[p][rows] for p in soft], len(rows))
+            counts[context[rows[0]]] = (joint * weight[rows, None]).T @ shares[rows]
+    counts = counts.reshape(*states, shares.shape[1])
+    places = [(*crisp, *soft).index(p) for p in parents]
+    return np.ascontiguousarray(counts.transpose(*places, len(parents)))
+
+
+def _combination(assignments: Sequence[Array], rows: int) -> tuple[NDArray[np.int64], Array]:
+    """Return the combination of states (N,) that each row is in, the last fastest, and its weight.
+
+    Args:
+        assignments: crisp ones, (N, K) each.
+        rows: number of rows N.
+    """
+    place, weight = np.zeros(rows, dtype=np.int64), np.ones(rows)
+    for shares in assignments:
+        place = place * shares.shape[1] + shares.argmax(axis=1)
+        weight = weight * shares.max(axis=1)
+    return place, weight
 
 
 def _is_crisp(shares: Array) -> bool:

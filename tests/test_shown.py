@@ -1,0 +1,29 @@
+"""What rendered demonstrations show is in no training set."""
+
+import numpy as np
+import pytest
+
+from intent_inference.evaluation.shown import SHOWN, stretched
+from intent_perception.objects import ObjectDatabase
+from intent_perception.parametric import MAKERS
+
+
+@pytest.mark.parametrize("model_class", list(SHOWN))
+def test_a_stretched_object_is_in_no_database_and_keeps_its_class(model_class: str) -> None:
+    model = stretched(model_class, 3, np.random.default_rng(5), "unseen")
+    assert model.object_class == model_class
+    known = [other for other in ObjectDatabase.load().models if other.object_class == model_class]
+    differences = [np.abs(other.size / model.size - 1.0).max() for other in known]
+    assert min(differences) > 0.01
+
+
+def test_functions_are_stretched_with_the_mesh() -> None:
+    plain = MAKERS["mug"][3]()
+    model = stretched("mug", 3, np.random.default_rng(5), "unseen")
+    assert plain.functions.opening is not None
+    assert model.functions is not None
+    assert model.functions.opening is not None
+    factor = np.ptp(model.mesh.vertices, axis=0) / np.ptp(plain.mesh.vertices, axis=0)
+    assert model.functions.opening.radius == pytest.approx(
+        factor[0] * plain.functions.opening.radius, rel=1e-6
+    )
