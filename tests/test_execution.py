@@ -7,6 +7,7 @@ from intent_imitation.motions import MotionConfig, interpolate, stages
 from intent_imitation.plan import GraspCandidate
 from intent_perception.geometry import make_pose, rotation_angle, rotation_from_vector
 from intent_perception.objects import CLUTTER, ObjectDatabase
+from intent_perception.recognition import RecognizedObject, RecognizedObjects
 
 TASKS = ("hand-over", "pouring", "tool-use", "dish-washing", "unheard-of")
 SIDE = np.stack([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]], axis=1)
@@ -82,3 +83,23 @@ def test_an_object_stands_where_it_was_placed_whatever_its_centre_of_mass() -> N
     first = outcome.snapshots[0].T_table_objects[0]
     np.testing.assert_allclose(first[:3, 3], pose[:3, 3], atol=0.002)
     assert not outcome.held
+
+
+@pytest.mark.slow
+def test_most_grasps_of_a_heavy_tool_that_lies_flat_hold_through_its_use() -> None:
+    pytest.importorskip("pybullet")
+    from intent_imitation.execution import World
+    from intent_imitation.planner import GraspPlanner
+    from intent_inference.simulation.grasping_hand import GraspingHand
+
+    database = ObjectDatabase.load()
+    hammer = database["hammer_5"]
+    pose = hammer.stable_poses[0]
+    planner = GraspPlanner(database)
+    item = RecognizedObject("hammer_5", "hammer_5", "hammer", pose, 1.0, 1.0)
+    planner.start(RecognizedObjects(0, (item,), np.eye(4)))
+    grasps, held = planner.plan("tool-use").grasps[:3], 0
+    for grasp in grasps:
+        with World(GraspingHand.load("schunk"), [hammer], pose[None]) as world:
+            held += world.execute(grasp, 0, "tool-use").held
+    assert held >= 2

@@ -1,11 +1,14 @@
-"""The imitation benchmark counts each rate over the tables where it means something."""
+"""Each rate counts over the tables where it means something; joined data keep every grasp."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from intent_imitation.benchmark import gain, rates
+from intent_imitation.build_table import join_tables
 from intent_imitation.trials import Trial
+from intent_inference.simulation.dataset import read_rows, write_rows
 
 CHOSEN = Trial(
     "pouring", True, False, False, False, 0.01,
@@ -27,3 +30,12 @@ def test_a_gain_is_what_is_won_of_what_chance_leaves_open() -> None:
     assert gain(0.9, 0.5) == pytest.approx(0.8)
     assert gain(0.5, 0.5) == pytest.approx(0.0)
     assert gain(0.9, None) is None
+
+
+def test_a_joined_table_holds_the_rows_of_all(tmp_path: Path) -> None:
+    for name, grasps in (("free", ["a", "b"]), ("practised", ["c"])):
+        write_rows(tmp_path / f"{name}.csv", [{"object_id": grasp} for grasp in grasps])
+    tables = [tmp_path / "free.csv", tmp_path / "practised.csv"]
+    assert join_tables(tables, tmp_path / "robot.csv.gz") == 3
+    found = [row["object_id"] for row in read_rows(tmp_path / "robot.csv.gz")]
+    assert found == ["a", "b", "c"]

@@ -1,6 +1,6 @@
 """What simulated grasps say is true of a scene: the benchmark's judge, unknown to the planner."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from intent_imitation.collision import Obstacle, clearances
 from intent_imitation.plan import Array
 from intent_imitation.planner import PlannerConfig
 from intent_imitation.scenes import Scene
-from intent_inference.simulation.dataset import Row, poses_of_rows, read_rows, write_rows
+from intent_inference.simulation.dataset import poses_of_rows, read_rows
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_perception.sdf import SignedDistance
 
@@ -34,14 +34,6 @@ class LabelledGrasps:
     """(G, J) [rad]."""
     labels: dict[str, NDArray[np.bool_]]
     """Task to (G,) whether the grasp affords it."""
-
-
-def merged_table(paths: Sequence[Path], folder: Path) -> Path:
-    """Write the rows of several data sets to one file in a folder and return it."""
-    rows: list[Row] = [dict(row) for path in paths for row in read_rows(path)]
-    out = folder / "grasps.csv.gz"
-    write_rows(out, rows)
-    return out
 
 
 def read_experience(path: Path, hand: GraspingHand) -> dict[str, LabelledGrasps]:

@@ -9,10 +9,11 @@ import numpy as np
 
 import intent_inference
 from intent_imitation.affordance import task_chances
+from intent_imitation.build_table import join_tables
 from intent_imitation.copying import copied_grasp
 from intent_imitation.execution import Outcome, World
 from intent_imitation.execution_pictures import picture_of_execution
-from intent_imitation.experience import Judge, LabelledGrasps, merged_table, read_experience
+from intent_imitation.experience import Judge, LabelledGrasps, read_experience
 from intent_imitation.library import SHARE, GraspLibrary
 from intent_imitation.pictures import write_image
 from intent_imitation.plan import GraspCandidate
@@ -82,7 +83,8 @@ class Laboratory:
             model.name for model in known.models if int(model.name.rsplit("_", 1)[1]) % 2
         )
         with tempfile.TemporaryDirectory() as folder:
-            file = merged_table([path for path in TABLES if path.is_file()], Path(folder))
+            file = Path(folder) / "robot.csv.gz"
+            join_tables([path for path in TABLES if path.is_file()], file)
             table = read_grasps(file, list(TASKS))
             experience = read_experience(file, self.hand)
         practised = ~np.isin(table.columns["object_id"], list(self.unseen))
