@@ -24,9 +24,9 @@ from intent_inference.evaluation.scores import (
     ROC_GRID,
     auc,
     auc_within,
-    best_threshold,
     calibration_error,
     roc,
+    share_interval,
 )
 from intent_inference.learning.fitting import Recipe, TrainingConfig, train
 from intent_inference.model import TaskModel
@@ -67,9 +67,13 @@ def test_a_perfect_forecaster_has_hardly_any_calibration_error() -> None:
     assert calibration_error(labels, np.clip(chance + 0.2, 0, 1)) > 0.1
 
 
-def test_best_threshold_parts_separable_scores() -> None:
-    labels = np.array([0.0, 0.0, 1.0, 1.0])
-    assert best_threshold(labels, np.array([0.1, 0.2, 0.7, 0.9])) == pytest.approx(0.7)
+def test_the_interval_of_a_share_holds_the_truth_19_times_of_20() -> None:
+    rng = np.random.default_rng(4)
+    inside = 0
+    for hits in rng.random((2000, 40)) < 0.85:
+        low, high = share_interval(hits)
+        inside += low <= 0.85 <= high
+    assert 0.93 <= inside / 2000 <= 0.98
 
 
 def test_splits_by_object_share_no_object_and_keep_every_class() -> None:

@@ -50,7 +50,10 @@ def test_the_report_has_every_figure_and_is_drawn(
     assert report["unseen_objects"]["ours"]["full"]["auc"] > 0.7
     assert report["unknown_auroc"] > 0.8
     assert len(said) == 6
-    own["demonstrations"] = {"false_positive_rate": 0.2, "true_positive_rate": 0.8}
+    own["demonstrations"] = {
+        "auc": 0.85, "false_positive_rate": 0.2, "false_positive_ci": [0.1, 0.3],
+        "true_positive_rate": 0.8, "true_positive_ci": [0.7, 0.9],
+    }  # fmt: skip
     path = tmp_path / "fig5.png"
     draw_roc(report, path)
     assert path.stat().st_size > 20_000

@@ -98,6 +98,16 @@ def read_grasps(path: Path | str, tasks: Sequence[str] | None = None) -> GraspTa
     return GraspTable(features, labels, {n: np.array(cells[n], dtype=str) for n in names})
 
 
+def deviations_of(table: GraspTable) -> Features:
+    """Return the standard deviations in a table's `std_` columns, NaN where there is none."""
+    cells = {
+        name.removeprefix("std_"): list(values)
+        for name, values in table.columns.items()
+        if name.startswith("std_")
+    }
+    return {name: v for name, v in _features(cells).items() if name in table.features}
+
+
 def _feature_columns(cells: dict[str, list[str]]) -> dict[str, str]:
     """Return the columns that hold features: column to variable."""
     found = {}

@@ -1,7 +1,7 @@
 """Command: how well do networks trained on a table of grasps infer its tasks?
 
 python -m intent_inference.evaluate --data D.csv.gz [--group object_id] [--observe O,A]
-    [--trials 30] [--json FILE] [--figures DIR]
+    [--trials 30] [--json FILE] [--figures DIR] [--demonstrations DIR]
 """
 
 import argparse
@@ -13,9 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from intent_inference.dataset import GraspTable, read_grasps
+from intent_inference.evaluation.demonstrations import demonstration_figures
 from intent_inference.evaluation.protocol import ProtocolConfig
 from intent_inference.evaluation.report import ReportConfig, evaluation_report
 from intent_inference.features import select_variables
+from intent_inference.model import TaskModel
 from intent_inference.variables import ACTION, CONSTRAINT, OBJECT, VARIABLES
 
 _GROUPS = {"O": OBJECT, "A": ACTION, "C": CONSTRAINT}
@@ -67,6 +69,21 @@ def print_report(report: dict[str, Any]) -> None:
         print(f"mean AUC, {method}: {values}")
 
 
+def judge_demonstrations(report: dict[str, Any], folder: Path, seed: int) -> None:
+    """Add what the shipped BN^H makes of tracked demonstrations to a report.
+
+    Raises:
+        ValueError: if the folder has none.
+    """
+    figures = demonstration_figures(TaskModel.load(), folder, seed)
+    if figures is None:
+        raise ValueError(f"{folder}: expected demonstrations.csv.gz")
+    report["demonstrations"] = figures
+    for task, own in figures["tasks"].items():
+        if task in report["tasks"]:
+            report["tasks"][task]["demonstrations"] = own
+
+
 def main(argv: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
     parser = argparse.ArgumentParser(prog="intent_inference.evaluate", description=__doc__)
@@ -80,6 +97,9 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--no-baselines", action="store_true")
     parser.add_argument("--json", help="file, or - for standard output")
     parser.add_argument("--figures", help="folder for Fig. 5")
+    parser.add_argument(
+        "--demonstrations", help="folder of demonstrations.csv.gz: BN^H on them, red in Fig. 5"
+    )
     arguments = parser.parse_args(argv)
     started = time.process_time()
     try:
@@ -97,6 +117,8 @@ def main(argv: list[str] | None = None) -> int:
         report = evaluation_report(
             table, protocol, config, lambda text: print(text, file=sys.stderr, flush=True)
         )
+        if arguments.demonstrations:
+            judge_demonstrations(report, Path(arguments.demonstrations), arguments.seed)
     except ValueError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1

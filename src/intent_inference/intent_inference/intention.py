@@ -13,7 +13,6 @@ from intent_inference.reach import ReachConfig, ReachFilter
 from intent_inference.variables import OBJECT_CLASS
 from intent_perception.geometry import Array
 from intent_perception.objects import ObjectDatabase
-from intent_tracking.features import GraspFeatures
 from intent_tracking.grasp import StableGrasp
 from intent_tracking.scene import SceneState
 
@@ -130,7 +129,7 @@ class IntentionEstimator:
         if self._reach is not None:
             self._reach.hold(grasp.object_id)
         features = stack_features([grasp.features])
-        deviations = least_deviations(features, self._config, grasp.std)
+        deviations = least_deviations(features, self._config, stack_features([grasp.std]))
         evidence = self._model.evidence(features, deviations)
         odds = None
         if self._config.engine == "junction-tree":
@@ -182,16 +181,16 @@ class IntentionEstimator:
 
 
 def least_deviations(
-    features: Features, config: InferenceConfig, std: GraspFeatures | None = None
+    features: Features, config: InferenceConfig, std: Features | None = None
 ) -> Features:
     """Return standard deviations of tracked features, not below what trackers are known to reach.
 
     Args:
         features: N grasps.
         config: the least standard deviations.
-        std: what the tracker says about a single grasp (N = 1).
+        std: what the tracker says, (N) rows, NaN where it says nothing.
     """
-    given = dict(stack_features([std])) if std is not None else {}
+    given = dict(std or {})
     given.pop(OBJECT_CLASS, None)
     least = {
         # Each component of a quaternion moves by half the angle.

@@ -49,8 +49,10 @@ def _draw(table: GraspTable, model: TaskModel, folder: Path, seed: int) -> None:
     paper = train(table, np.random.default_rng(seed), greedy)
     draw_structures(paper, folder / "fig4_paper_recipe.png")
     for networks in paper.networks:
-        children = [v for v, chosen in networks.members[0].parents.items() if TASK in chosen]
-        print(f"  greedy BIC, {networks.task}: children of the task: {', '.join(children)}")
+        parents = networks.members[0].parents
+        children = ", ".join(v for v, chosen in parents.items() if TASK in chosen) or "none"
+        above = ", ".join(parents[TASK]) or "none"
+        print(f"  greedy BIC, {networks.task}: children of the task: {children}; parents: {above}")
 
 
 def _add(arguments: argparse.Namespace) -> TaskModel:

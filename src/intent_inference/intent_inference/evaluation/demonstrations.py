@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from intent_inference.calibration import sigmoid
-from intent_inference.dataset import GraspTable, read_grasps
+from intent_inference.dataset import GraspTable, deviations_of, read_grasps
 from intent_inference.evaluation.baselines import class_only
-from intent_inference.evaluation.scores import auc, auc_within, best_threshold
+from intent_inference.evaluation.scores import auc, auc_within, share_interval
 from intent_inference.features import select_variables
 from intent_inference.intention import InferenceConfig, least_deviations
 from intent_inference.model import TaskModel
@@ -38,7 +39,8 @@ def demonstration_figures(model: TaskModel, folder: Path, seed: int) -> dict[str
         return None
     table = read_grasps(path, model.tasks)
     observed = select_variables(table.features, (*OBJECT, *ACTION))
-    probability = model.posterior(observed, least_deviations(observed, InferenceConfig()))
+    deviations = least_deviations(observed, InferenceConfig(), deviations_of(table))
+    probability = model.posterior(observed, deviations)
     figures = _scores(model, table, probability, seed)
     figures["count"] = table.rows
     figures["pixels"] = "synthetic"
@@ -58,21 +60,23 @@ def _scores(model: TaskModel, table: GraspTable, probability: Array, seed: int) 
     rng = np.random.default_rng(seed)
     tasks: dict[str, Any] = {}
     draws = np.zeros((len(model.tasks), _DRAWS))
+    chosen = [_resampled(table, rng) for _ in range(_DRAWS)]
     for column, task in enumerate(model.tasks):
-        rows = np.flatnonzero(np.isfinite(table.labels[task]))
-        labels, score = table.labels[task][rows], probability[rows, column]
-        for draw in range(_DRAWS):
-            chosen = rng.integers(0, len(rows), len(rows))
-            draws[column, draw] = auc(labels[chosen], score[chosen])
-        threshold = best_threshold(labels, score)
+        labels, score = table.labels[task], probability[:, column]
+        draws[column] = [_known_auc(labels[rows], score[rows]) for rows in chosen]
+        rows = np.flatnonzero(np.isfinite(labels))
+        labels, score = labels[rows], score[rows]
+        said = score >= 0.5
         tasks[task] = {
             "positives": int((labels == 1.0).sum()),
             "negatives": int((labels == 0.0).sum()),
             "auc": auc(labels, score),
             "auc_ci": [float(v) for v in np.nanpercentile(draws[column], (2.5, 97.5))],
             "auc_within_class": auc_within(labels, score, classes[rows]),
-            "true_positive_rate": float((score[labels == 1.0] >= threshold).mean()),
-            "false_positive_rate": float((score[labels == 0.0] >= threshold).mean()),
+            "true_positive_rate": float(said[labels == 1.0].mean()),
+            "true_positive_ci": share_interval(said[labels == 1.0]),
+            "false_positive_rate": float(said[labels == 0.0].mean()),
+            "false_positive_ci": share_interval(said[labels == 0.0]),
         }
     mean = draws.mean(axis=0)
     return {
@@ -81,6 +85,21 @@ def _scores(model: TaskModel, table: GraspTable, probability: Array, seed: int) 
         "auc_within_class": float(np.nanmean([t["auc_within_class"] for t in tasks.values()])),
         "tasks": tasks,
     }
+
+
+def _resampled(table: GraspTable, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Return rows drawn with replacement: whole objects, since their demonstrations are alike."""
+    if "object_id" not in table.columns:
+        return rng.integers(0, table.rows, table.rows)
+    objects = table.columns["object_id"]
+    names = np.unique(objects)
+    drawn = rng.choice(names, len(names))
+    return np.concatenate([np.flatnonzero(objects == name) for name in drawn])
+
+
+def _known_auc(labels: Array, score: Array) -> float:
+    known = np.isfinite(labels)
+    return auc(labels[known], score[known])
 
 
 def _class_only(model: TaskModel, table: GraspTable, simulated: GraspTable) -> float:

@@ -12,8 +12,8 @@ def draw_roc(report: dict[str, Any], path: Path) -> None:
     """Draw one panel per task and the areas as bars, as Fig. 5 does.
 
     Args:
-        report: of `evaluation_report`; `demonstrations` in a task's entry gives the red triangle:
-            {false_positive_rate, true_positive_rate}.
+        report: of `evaluation_report`; `demonstrations` in a task's entry, as
+            `demonstration_figures` gives it, is the red triangle at p = 0.5 with 95 % intervals.
         path: picture to write.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -40,9 +40,16 @@ def draw_roc(report: dict[str, Any], path: Path) -> None:
             axis.plot(false, true, color=color, label=f"{mask}, AUC {area:.3f}")
         if own.get("demonstrations"):
             point = own["demonstrations"]
-            axis.plot(
-                point["false_positive_rate"], point["true_positive_rate"], "r^", ms=9,
-                label="tracked demonstrations",
+            rates = point["false_positive_rate"], point["true_positive_rate"]
+            spread = [
+                [[rate - ci[0]], [ci[1] - rate]]
+                for rate, ci in zip(
+                    rates, (point["false_positive_ci"], point["true_positive_ci"]), strict=True
+                )
+            ]
+            axis.errorbar(
+                [rates[0]], [rates[1]], yerr=spread[1], xerr=spread[0], fmt="r^", ms=8, lw=1.0,
+                capsize=2, zorder=4, label=f"tracked, partial, AUC {point['auc']:.3f}",
             )  # fmt: skip
         axis.plot([0, 1], [0, 1], color="0.7", lw=0.8, ls="--")
         axis.set(title=task, xlabel="false positive rate", ylabel="true positive rate")

@@ -80,10 +80,11 @@ def calibration_error(
     return total
 
 
-def best_threshold(labels: Array, score: Array) -> float:
-    """Return the threshold with the greatest true positive minus false positive rate."""
-    candidates = np.unique(score)
-    positive, negative = score[labels == 1.0], score[labels == 0.0]
-    true = (positive[:, None] >= candidates).mean(axis=0)
-    false = (negative[:, None] >= candidates).mean(axis=0)
-    return float(candidates[int(np.argmax(true - false))])
+def share_interval(hits: NDArray[np.bool_]) -> list[float]:
+    """Return the 95 % interval of the share of hits (Wilson's)."""
+    count, z = max(len(hits), 1), 1.96
+    share = float(hits.mean()) if len(hits) else 0.5
+    middle = share + z * z / (2.0 * count)
+    half = z * float(np.sqrt(share * (1.0 - share) / count + z * z / (4.0 * count**2)))
+    scale = 1.0 + z * z / count
+    return [max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)]

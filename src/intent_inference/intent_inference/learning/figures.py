@@ -62,6 +62,7 @@ def draw_quantisation(quantisation: Quantisation, values: Array, path: Path) -> 
         hits = sheet.hits(standard)
         size = 60.0 * hits.ravel() / max(int(hits.max()), 1)
         axes[0].scatter(columns.ravel(), rows.ravel(), s=size)
+        axes[0].invert_yaxis()  # as the pictures beside it
         axes[1].imshow(sheet.u_matrix(), cmap="gray", aspect="auto")
         clusters = quantisation.labels[states].reshape(sheet.shape)
         axes[3].imshow(clusters, cmap="tab20", aspect="auto")
@@ -73,8 +74,11 @@ def draw_quantisation(quantisation: Quantisation, values: Array, path: Path) -> 
     axes[2].plot(list(quantisation.criterion), list(quantisation.criterion.values()), "o-")
     axes[2].axvline(states, color="0.6", ls="--")
     _draw_density(axes[4], chosen.mixture.log_density, standard)
-    titles = ("a) map units by hits", "b) U-matrix", f"c) index, K = {states}", "d) clusters",
-              "e) density")  # fmt: skip
+    index = "BIC" if sheet is None else "Davies-Bouldin index"
+    axes[2].set_xlabel("number of states K", fontsize=8)
+    axes[4].set_xlabel("standardised, first principal axes", fontsize=8)
+    titles = ("a) values" if sheet is None else "a) map units by hits", "b) U-matrix",
+              f"c) {index}, K = {states}", "d) clusters", "e) density")  # fmt: skip
     for axis, title in zip(axes, titles, strict=True):
         axis.set_title(f"{quantisation.variable}: {title}", fontsize=9)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -112,15 +116,14 @@ def draw_graph(axis: Any, parents: Parents) -> None:
             axis.annotate(
                 "", xy=_PLACES[variable], xytext=_PLACES[parent],
                 arrowprops={"arrowstyle": "-|>", "shrinkA": 15, "shrinkB": 15,
-                            "color": "#c62828" if parent == TASK else "0.35", "lw": 1.1},
+                            "color": "#c62828" if TASK in (parent, variable) else "0.45",
+                            "lw": 1.1, "connectionstyle": "arc3,rad=0.08"},
             )  # fmt: skip
     for variable in parents:
         x, y = _PLACES[variable]
         group = TASK if variable == TASK else _group(variable)
-        axis.text(
-            x, y, variable, ha="center", va="center", fontsize=8,
-            bbox={"boxstyle": "circle,pad=0.35", "fc": _GROUPS[group], "ec": "0.3"},
-        )  # fmt: skip
+        axis.scatter([x], [y], s=760, c=_GROUPS[group], edgecolors="0.3", zorder=3)
+        axis.text(x, y, variable, ha="center", va="center", fontsize=8, zorder=4)
     axis.set(xlim=(-1.7, 1.7), ylim=(-1.3, 1.5))
     axis.set_axis_off()
 
