@@ -84,10 +84,15 @@ class Taker:
         ])  # fmt: skip
         self._links = owner[self._subset]
         self._mirror = skin.hand.mirror
+        self._posture, self._points = b"", np.zeros((0, 3))
 
     def points(self, angles: Array) -> Array:
-        """Return the skin samples of the right hand in its wrist frame, (S, 3) [m]."""
-        return self._skin.posed(angles, subset=self._subset) * self._mirror
+        """Return the skin samples of the right hand in its wrist frame, (S, 3) [m]; read only."""
+        posture = angles.tobytes()
+        if posture != self._posture:  # a hand is moved about in one posture many times
+            self._posture = posture
+            self._points = self._skin.posed(angles, subset=self._subset) * self._mirror
+        return self._points
 
     def distances(self, angles: Array, T_object_hand: Array) -> Array:
         """Return the distance of every skin sample to the object, (S,) [m]."""
