@@ -36,6 +36,11 @@ class ViewSequence:
     truths: list[ViewFrame]
     frames: list[RgbdFrame]
 
+    def every(self, stride: int, first: int) -> "ViewSequence":
+        """Return the sequence as a camera sees it that delivers every stride-th frame only."""
+        chosen = slice(first, None, stride)
+        return replace(self, truths=self.truths[chosen], frames=self.frames[chosen])
+
     def joints(self, number: int) -> Array:
         """Return the true landmarks (21, 3) of a frame in the camera's frame [m]."""
         truth = self.truths[number]
