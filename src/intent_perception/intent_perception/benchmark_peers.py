@@ -28,8 +28,8 @@ from intent_perception.scoring import Claim, Score
 from intent_perception.segmentation import segment
 from intent_perception.tabletop import TabletopScene
 
-_UWA_STEP, _TABLETOP_STEP = 0.03, 0.05  # between the points of ppf_match_3d's models [diameters]
-_MODEL_POINTS = 20_000
+_UWA_STEP, _TABLETOP_STEP = 0.03, 0.06  # between the points of ppf_match_3d's models [diameters]
+_MODEL_POINTS = 2000
 _SCENE_POINTS = 4000
 _FITS = 0.0045  # distance at which a model's point fits the scene, as for Open3D [m]
 
@@ -136,7 +136,7 @@ def _at_best_threshold(
 
 
 def _claim(model: ObjectModel, points: Array, T_scene_model: Array, cloud: Array) -> Claim:
-    few = transform_points(T_scene_model, points[::10])
+    few = transform_points(T_scene_model, points)
     fits = cKDTree(cloud).query(few)[0] < _FITS
     return Claim(model, T_scene_model, float(np.mean(fits)))
 
