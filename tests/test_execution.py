@@ -89,13 +89,13 @@ def test_an_object_stands_where_it_was_placed_whatever_its_centre_of_mass() -> N
 def test_most_grasps_of_a_heavy_tool_that_lies_flat_hold_through_its_use() -> None:
     pytest.importorskip("pybullet")
     from intent_imitation.execution import World
-    from intent_imitation.planner import GraspPlanner
+    from intent_imitation.planner import GraspPlanner, PlannerConfig
     from intent_inference.simulation.grasping_hand import GraspingHand
 
     database = ObjectDatabase.load()
     hammer = database["hammer_5"]
     pose = hammer.stable_poses[0]
-    planner = GraspPlanner(database)
+    planner = GraspPlanner(database, PlannerConfig(minimum_grasp=0.5))
     item = RecognizedObject("hammer_5", "hammer_5", "hammer", pose, 1.0, 1.0)
     planner.start(RecognizedObjects(0, (item,), np.eye(4)))
     grasps, held = planner.plan("tool-use").grasps[:3], 0

@@ -36,8 +36,9 @@ class PlannerConfig:
 
     minimum_object: float = 0.1
     """Least p(t* | o) of an object that may be chosen."""
-    minimum_grasp: float = 0.5
-    """Least p(t* | o, a) of its best reachable grasp; below, the object is unfit."""
+    minimum_grasp: float = 0.6
+    """Least p(t* | o, a) of its best reachable grasp; below, the object is unfit. Chosen on objects
+    that BN^R was not trained on, where 0.5 accepts tools with no fitting grasp in reach."""
     table_gap: float = 0.001
     """Least gap between hand and table on the way [m]."""
     neighbour_gap: float = 0.005
