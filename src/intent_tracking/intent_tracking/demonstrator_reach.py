@@ -39,25 +39,6 @@ class Reach:
     awkwardness: float
 
 
-def plan_reach(
-    taker: Taker,
-    model: ObjectModel,
-    task: str,
-    body: Body,
-    spot: Array,
-    rng: np.random.Generator,
-    accept: Callable[[Grasp], bool] | None = None,
-    tries: int = 240,
-    enough: int = 5,
-) -> Reach:
-    """Return the most comfortable of some grasps of an object for a task.
-
-    Args and errors: those of `plan_reaches`.
-    """
-    reaches = plan_reaches(taker, model, task, body, spot, rng, accept, tries, enough)
-    return min(reaches, key=_preference)
-
-
 def plan_reaches(
     taker: Taker,
     model: ObjectModel,
@@ -105,7 +86,8 @@ def plan_reaches(
     raise ValueError(f"no comfortable grasp of {model.name} for {task!r} in {tries} tries")
 
 
-def _preference(reach: Reach) -> float:
+def preference(reach: Reach) -> float:
+    """Return how little a person likes a grasp: awkward for the arm, loose, with few fingers."""
     grasp = reach.grasp
     return reach.awkwardness + 3.0 * grasp.residual - 0.5 * len(grasp.touching)
 

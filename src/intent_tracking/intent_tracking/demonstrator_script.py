@@ -11,7 +11,7 @@ from intent_perception.objects import ObjectModel
 from intent_tracking.demonstrator_arm import Body
 from intent_tracking.demonstrator_grasp import OPEN, Grasp, Taker
 from intent_tracking.demonstrator_motion import Choreography, Motion, mirrored
-from intent_tracking.demonstrator_reach import Reach, plan_reach
+from intent_tracking.demonstrator_reach import Reach, plan_reaches, preference
 from intent_tracking.demonstrator_skin import Skin, wrist_turn
 from intent_tracking.demonstrator_solid import graspable
 from intent_tracking.demonstrator_tasks import Pace, come, home, leave, put_back, take_and_use
@@ -103,7 +103,8 @@ def rehearse(
     spots = sample_spots(len(chosen), rng)
     for taker, model, act, spot in zip(takers, chosen, scenario.acts, spots, strict=True):
         suits = None if accept is None else partial(accept, model, act.task)
-        reaches.append(plan_reach(taker, model, act.task, body, spot, rng, suits))
+        found = plan_reaches(taker, model, act.task, body, spot, rng, suits)
+        reaches.append(min(found, key=preference))
     return enact(scenario, models, body, takers, reaches, rng)
 
 
