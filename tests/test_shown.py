@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from intent_inference.evaluation.shown import SHOWN, stretched
+from intent_inference.evaluation.shown import SHOWN, TIMES, stretched
+from intent_inference.make_demonstrations import enough
+from intent_inference.simulation.labels import TASKS
 from intent_perception.objects import ObjectDatabase
 from intent_perception.parametric import MAKERS
 
@@ -27,3 +29,20 @@ def test_functions_are_stretched_with_the_mesh() -> None:
     assert model.functions.opening.radius == pytest.approx(
         factor[0] * plain.functions.opening.radius, rel=1e-6
     )
+
+
+def test_every_person_shows_as_many_purposes() -> None:
+    assert {sum(purposes.values()) for purposes in SHOWN.values()} == {TIMES}
+
+
+def _grasp(object_class: str, afforded: str) -> dict[str, str | float | int]:
+    return {"object_class": object_class, **{task: int(task == afforded) for task in TASKS}}
+
+
+def test_demonstrations_are_enough_with_both_labels_of_every_task_in_its_classes() -> None:
+    vessels = [_grasp("mug", task) for task in ("hand-over", "pouring", "dish-washing")]
+    tools = [_grasp("knife", task) for task in ("hand-over", "tool-use")]
+    assert enough([*vessels, *tools], 5, 1)
+    assert not enough([*vessels, *tools], 6, 1)
+    assert not enough([*vessels, *tools], 5, 2)
+    assert not enough([*vessels, _grasp("knife", "tool-use")], 4, 1)  # only other classes do not

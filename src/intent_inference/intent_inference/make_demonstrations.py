@@ -1,11 +1,12 @@
-"""Command: renders and tracks demonstrations, one after the other, and keeps their features.
+"""Command: renders and tracks demonstrations and keeps their features.
 
-python -m intent_inference.make_demonstrations [--count 240] [--archive out/demonstrations]
+python -m intent_inference.make_demonstrations [--count 240] [--jobs 1] [--archive DIR]
 
 Each demonstration is one file in the archive; those that are there are not made again, so that the
-command can be stopped and started. It goes on until so many grasps were found. At the end the
-shipped demonstrations.csv.gz and reaches.csv.gz are written from all files; `--count 0` only does
-that.
+command can be stopped and started. It goes on, one person with one object after the other, until
+so many grasps were found and every task has enough of them that afford it, and enough of the same
+classes that do not. At the end the shipped demonstrations.csv.gz and reaches.csv.gz are written
+from them.
 """
 
 import argparse
@@ -15,35 +16,48 @@ import io
 import json
 import sys
 import time
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from itertools import count
 from pathlib import Path
+from typing import Any
 
+from joblib import Parallel, delayed
+
+from intent_inference.evaluation.shown import TIMES
 from intent_inference.evaluation.tracked import tracked_demonstration
 from intent_inference.simulation.dataset import Row
+from intent_inference.simulation.labels import TASKS
 
 _SHARE = Path(__file__).parent / "share" / "data"
 _FIRST_SEED = 1000
 
+Demonstration = dict[str, Any]
+"""As it is stored: `grasp`, `reach` and `reason` of a `TrackedDemonstration`."""
 
-def collect(archive: Path, folder: Path) -> tuple[int, int]:
-    """Write the two tables from all files of an archive.
 
-    Returns:
-        Number of demonstrations with a grasp, and without.
+def write_tables(made: Iterable[Demonstration], folder: Path) -> None:
+    """Write the two tables of demonstrations: their grasps, and the reaches before them."""
+    found = [own for own in made if own["grasp"] is not None]
+    _write(folder / "demonstrations.csv.gz", [own["grasp"] for own in found])
+    _write(folder / "reaches.csv.gz", [row for own in found for row in own["reach"]])
+
+
+def enough(grasps: Sequence[Row], count: int, each: int) -> bool:
+    """Return whether there are `count` grasps, and for each task `each` of either label.
+
+    A grasp that does not afford a task counts only if one of the same class does: the class alone
+    would tell the others.
     """
-    grasps: list[Row] = []
-    reaches: list[Row] = []
-    missed = 0
-    for path in sorted(archive.glob("*.json")):
-        stored = json.loads(path.read_text())
-        if stored["grasp"] is None:
-            missed += 1
-            continue
-        grasps.append(stored["grasp"])
-        reaches.extend(stored["reach"])
-    if grasps:
-        _write(folder / "demonstrations.csv.gz", grasps)
-        _write(folder / "reaches.csv.gz", reaches)
-    return len(grasps), missed
+    if len(grasps) < count:
+        return False
+    for task in TASKS:
+        afford = [own for own in grasps if own[task] == 1]
+        classes = {own["object_class"] for own in afford}
+        do_not = [own for own in grasps if own[task] == 0 and own["object_class"] in classes]
+        if min(len(afford), len(do_not)) < each:
+            return False
+    return True
 
 
 def _write(path: Path, rows: list[Row]) -> None:
@@ -62,19 +76,24 @@ def _rounded(column: str, value: str | float | int) -> bool:
     return isinstance(value, float) and column != "stamp"
 
 
-def _made(seed: int, archive: Path) -> bool:
-    """Make the demonstration of a seed unless it is there; return whether its grasp was found."""
+def _lesson(number: int, first: int, archive: Path) -> list[Demonstration]:
+    """Return what one person shows of one object, from the archive where it is there."""
+    seeds = range(number * TIMES, (number + 1) * TIMES)
+    return [_demonstration(seed, archive) for seed in seeds if seed >= first]
+
+
+def _demonstration(seed: int, archive: Path) -> Demonstration:
     path = archive / f"{seed}.json"
     if not path.is_file():
         started = time.process_time()
         made = tracked_demonstration(seed)
-        text = json.dumps({"grasp": made.grasp, "reach": made.reach, "reason": made.reason})
         partial = path.with_suffix(".part")
-        partial.write_text(text)
+        partial.write_text(json.dumps(asdict(made)))
         partial.rename(path)
         seconds = time.process_time() - started
         print(f"{seed}: {made.reason or 'tracked'}, {seconds:.0f} s CPU", flush=True)
-    return json.loads(path.read_text())["grasp"] is not None
+    stored: Demonstration = json.loads(path.read_text())
+    return stored
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -82,18 +101,29 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="intent_inference.make_demonstrations", description=__doc__
     )
-    parser.add_argument("--count", type=int, default=240, help="grasps to be found")
+    parser.add_argument("--count", type=int, default=240, help="least number of grasps")
+    parser.add_argument("--each", type=int, default=40, help="least number of each task's labels")
     parser.add_argument("--first", type=int, default=_FIRST_SEED, help="first seed")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--archive", type=Path, default=Path("out/demonstrations"))
     parser.add_argument("--out", type=Path, default=_SHARE, help="folder of the two tables")
     arguments = parser.parse_args(argv)
     arguments.archive.mkdir(parents=True, exist_ok=True)
-    seed, tracked = arguments.first, 0
-    while tracked < arguments.count:
-        tracked += _made(seed, arguments.archive)
-        seed += 1
-    found, missed = collect(arguments.archive, arguments.out)
-    print(f"{arguments.out}: {found} grasps, {missed} demonstrations without one")
+    workers = Parallel(n_jobs=arguments.jobs, return_as="generator", pre_dispatch=arguments.jobs)
+    lessons = workers(
+        delayed(_lesson)(number, arguments.first, arguments.archive)
+        for number in count(arguments.first // TIMES)
+    )
+    made: list[Demonstration] = []
+    grasps: list[Row] = []
+    for shown in lessons:
+        made.extend(shown)
+        grasps = [own["grasp"] for own in made if own["grasp"] is not None]
+        if enough(grasps, arguments.count, arguments.each):
+            break
+    lessons.close()
+    write_tables(made, arguments.out)
+    print(f"{arguments.out}: {len(grasps)} grasps, {len(made) - len(grasps)} without one")
     return 0
 
 

@@ -38,16 +38,17 @@ from intent_tracking.demonstrator_skin import Skin, make_skin
 from intent_tracking.demonstrator_solid import graspable
 
 SHOWN = {
-    "mug": ("pouring", "dish-washing", "hand-over"),
-    "knife": ("tool-use", "hand-over"),
-    "bottle": ("pouring", "hand-over"),
-    "hammer": ("tool-use", "hand-over"),
-    "glass": ("pouring", "dish-washing", "hand-over"),
-    "screwdriver": ("tool-use", "hand-over"),
+    "mug": {"pouring": 3, "dish-washing": 2, "hand-over": 1},
+    "knife": {"tool-use": 4, "hand-over": 2},
+    "bottle": {"pouring": 4, "hand-over": 2},
+    "hammer": {"tool-use": 4, "hand-over": 2},
+    "glass": {"pouring": 3, "dish-washing": 2, "hand-over": 1},
+    "screwdriver": {"tool-use": 4, "hand-over": 2},
 }
-"""Class to the purposes for which the demonstrator can take it."""
+"""Class to the purposes for which the demonstrator takes it, and how often: `TIMES` in all. What
+nearly every grasp affords is shown less often."""
 TIMES = 6
-"""Demonstrations of one object by one person, spread over the purposes."""
+"""Demonstrations of one object by one person."""
 _STRETCH = 0.15
 _SPACING = 0.0032
 """Grid in which a person's skin is meshed: two pixels of the picture [m]."""
@@ -107,11 +108,10 @@ def _lesson(number: int) -> _Lesson:
     skin = make_skin(sample_hand(rng, "left" if rng.random() < 0.15 else "right"), _SPACING)
     body = sample_body(rng)
     taker = Taker(skin, graspable(model), rng)
-    target, tasks = TaskObject(model), SHOWN[model_class]
-    times = TIMES // len(tasks)
+    target = TaskObject(model)
     proper = number // len(names) % 2 == 1  # else as it comes: many such grasps do not afford it
     reaches: list[tuple[str, Reach]] = []
-    for task in tasks:
+    for task, times in SHOWN[model_class].items():
         spot = sample_spots(1, rng)[0]
         accept = partial(_affords, target, task) if proper else None
         try:
