@@ -81,6 +81,11 @@ build() {
     { tail -40 "$venv/colcon.log" >&2 && fail "colcon build failed; the whole log is in $venv/colcon.log"; }
 }
 
+# A compiled function in numba's cache does not notice that one which it calls has changed.
+forget_kernels() {
+  find src -path '*/__pycache__/*.nb?' -delete
+}
+
 exec 9>"$root/.setup.lock"
 flock 9 # two scripts started together set up once
 if [ ! -x "$venv/bin/python" ]; then
@@ -93,3 +98,5 @@ enter_venv # the libraries' folders exist only now
 [ "${1:-}" != --dev ] || once install-dev requirements-dev.txt -- install requirements-dev.txt
 once build msg_defs/intent_msgs colcon.meta src/*/package.xml src/*/setup.* src/*/config src/*/launch src/*/rviz \
   -- build
+mapfile -t kernels < <(grep -rl --include='*.py' njit src)
+once kernels "${kernels[@]}" -- forget_kernels
