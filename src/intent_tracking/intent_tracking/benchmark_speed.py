@@ -37,7 +37,7 @@ def evaluations_per_second(repeats: int = 15) -> float:
     best = np.inf
     for _ in range(repeats + 1):
         began = time.process_time()
-        forth_costs(hand, objects, seen, states, base, 0, PARTICLES, False, costs)
+        forth_costs(hand, objects, seen, states, base, 0, PARTICLES, costs)
         best = min(best, time.process_time() - began)
     return PARTICLES / best
 
@@ -53,7 +53,7 @@ def parallel_speedup(repeats: int = 60) -> float:
     costs = np.zeros(PARTICLES, np.float32)
 
     def part(first: int, last: int) -> None:
-        forth_costs(hand, objects, seen, states, base, first, last, False, costs)
+        forth_costs(hand, objects, seen, states, base, first, last, costs)
 
     part(0, 8)
     walls = {1: np.inf, 2: np.inf}

@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from intent_perception.geometry import Array
+from intent_perception.mesh import Mesh
 from intent_perception.model import ObjectModel
 from intent_perception.sdf import SignedDistance
 from intent_tracking.hand_kernel import JIT, Single
@@ -18,8 +19,6 @@ GRID_SPACING, GRID_MARGIN = 0.003, 0.02
 """Step and border of the distance grids [m]."""
 DRAWN_DETAIL = 0.006
 """Details below this are not drawn: about two pixels of the tile [m]."""
-COARSE_DETAIL = 0.012
-"""The same on the swarm's smaller tile [m]."""
 
 
 class ObjectGeometry(NamedTuple):
@@ -34,6 +33,8 @@ class ObjectGeometry(NamedTuple):
     """(F, 3)."""
     axis: Array | None
     """(3,) axis of continuous symmetry through the origin, if any."""
+    mesh: Mesh
+    """All of its surface."""
 
 
 class ObjectArrays(NamedTuple):
@@ -66,13 +67,7 @@ def geometry_of(model: ObjectModel) -> ObjectGeometry:
     surface, _, _ = model.mesh.sample_surface(SURFACE_SAMPLES, np.random.default_rng(0))
     distance = SignedDistance.from_mesh(model.mesh, GRID_SPACING, GRID_MARGIN)
     vertices, faces = simplified(model.mesh.vertices, model.mesh.faces, DRAWN_DETAIL)
-    return ObjectGeometry(distance, surface, vertices, faces, model.symmetry.axis)
-
-
-def coarser_geometry(geometry: ObjectGeometry) -> ObjectGeometry:
-    """Return an object with the triangles that a small drawing can show."""
-    vertices, faces = simplified(geometry.vertices, geometry.faces, COARSE_DETAIL)
-    return geometry._replace(vertices=vertices, faces=faces)
+    return ObjectGeometry(distance, surface, vertices, faces, model.symmetry.axis, model.mesh)
 
 
 def simplified(

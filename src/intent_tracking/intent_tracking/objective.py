@@ -30,6 +30,8 @@ from intent_tracking.raster import FAR, draw_capsule, draw_mesh
 SKIN_WEIGHT = np.float32(20.0)
 KINEMATIC_WEIGHT = np.float32(10.0)
 PENETRATION_WEIGHT = np.float32(3000.0)
+FORTH_PENETRATION_WEIGHT = np.float32(20.0)
+"""The same in E, whose other terms are a mean over the tile [1/m]."""
 REST_GAP = np.float32(0.15)
 
 
@@ -220,8 +222,10 @@ def turn_bodies(state, base, rotations):  # type: ignore[no-untyped-def]
 
 
 @njit(**JIT)
-def forth_costs(hand, objects, seen, states, base, first, last, move_objects, costs):  # type: ignore[no-untyped-def]
+def forth_costs(hand, objects, seen, states, base, first, last, costs):  # type: ignore[no-untyped-def]
     """Write E of particles first..last-1; rotations are increments exp(state[3:6]) on `base`.
+
+    The objects are drawn once, where the first particle has them; `swarm_cost` moves them.
 
     Args:
         hand: `HandArrays`.
@@ -231,7 +235,6 @@ def forth_costs(hand, objects, seen, states, base, first, last, move_objects, co
         base: (1 + K, 3, 3) rotations that the increments turn.
         first: first particle.
         last: one past the last particle.
-        move_objects: False draws the objects once, as the first particle has them.
         costs: (P,) receives E + penetration.
     """
     size = seen.depth.shape[0]
@@ -240,7 +243,7 @@ def forth_costs(hand, objects, seen, states, base, first, last, move_objects, co
     hand_depth, thing_depth = np.full((size, size), FAR), np.full((size, size), FAR)
     above, sums = np.empty((size + 1, size // 16, 6), np.float32), np.empty(6, np.float32)
     rotations, gradient = base.copy(), np.empty(3, np.float32)
-    if not move_objects and last > first:
+    if last > first:
         turn_bodies(states[first], base, rotations)
         draw_objects(objects, states[first], rotations, seen, thing_depth, work)
     sums_above(hand_depth, thing_depth, seen, above)
@@ -254,9 +257,6 @@ def forth_costs(hand, objects, seen, states, base, first, last, move_objects, co
                 buffers.ends, i, hand.radii[i], hand_depth, seen.u0, seen.v0, seen.step
             )
             r0, r1, c0, c1 = min(r0, a), max(r1, b), min(c0, c), max(c1, d)
-        if move_objects:
-            a, b, c, d = draw_objects(objects, state, rotations, seen, thing_depth, work)
-            r0, r1, c0, c1 = min(r0, a), max(r1, b), min(c0, c), max(c1, d)
         r1, c0, c1 = max(r0, r1), c0 // 16 * 16, (max(c0, c1) + 15) // 16 * 16
         drawn = forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1)
         for n in range(6):
@@ -266,8 +266,6 @@ def forth_costs(hand, objects, seen, states, base, first, last, move_objects, co
             for strip in range(c0 // 16, c1 // 16):
                 sums[n] -= above[r1, strip, n] - above[r0, strip, n]
         hand_depth[r0:r1] = FAR
-        if move_objects:
-            thing_depth[r0:r1] = FAR
         inside = penetration(hand, buffers, objects, state, rotations, 0, 24, gradient)
         costs[p] = forth_cost(sums) + KINEMATIC_WEIGHT * finger_crossing(state)
-        costs[p] += np.float32(20.0) * inside
+        costs[p] += FORTH_PENETRATION_WEIGHT * inside

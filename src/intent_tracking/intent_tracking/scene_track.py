@@ -1,7 +1,6 @@
 """One hypothesis of the scene followed over frames: a hand of one side and all objects."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -29,18 +28,15 @@ from intent_tracking.labelling import (
     evidence_of,
     label_pixels,
 )
-from intent_tracking.object_kernel import (
-    ObjectArrays,
-    ObjectGeometry,
-    coarser_geometry,
-    object_arrays,
-)
+from intent_tracking.object_kernel import ObjectArrays
 from intent_tracking.objective import Labelled, draw_objects, forth_costs, rendered_cost
+from intent_tracking.packed_objects import PackedObjects
 from intent_tracking.posture import shipped_posture, surprise
 from intent_tracking.pso import minimise
 from intent_tracking.raster import FAR
 from intent_tracking.refinement import refine
 from intent_tracking.scene import HAND_SIZE, OBJECT_SIZE
+from intent_tracking.swarm_cost import joint_costs
 from intent_tracking.tile import Tile, covering_square, cut_tile
 from intent_tracking.track_config import TrackConfig
 
@@ -81,26 +77,6 @@ class Fit:
     """C plus penetration, what decides between fits of one view."""
 
 
-class PackedObjects:
-    """Arrays for compiled code of any subset of the objects, packed once per subset."""
-
-    def __init__(self, geometries: list[ObjectGeometry]) -> None:
-        self.geometries = geometries
-        self._packed: dict[tuple[int, ...], ObjectArrays] = {}
-
-    def __call__(self, chosen: list[int]) -> ObjectArrays:
-        """Return the arrays of the chosen objects."""
-        key = tuple(chosen)
-        if key not in self._packed:
-            self._packed[key] = object_arrays([self.geometries[k] for k in chosen])
-        return self._packed[key]
-
-    @cached_property
-    def coarse(self) -> "PackedObjects":
-        """The same objects with fewer triangles, for many small drawings."""
-        return PackedObjects([coarser_geometry(geometry) for geometry in self.geometries])
-
-
 class SceneTrack:
     """A hand and its objects, followed by refinement and finger sweep."""
 
@@ -112,6 +88,8 @@ class SceneTrack:
         self.buffers = hand_buffers()
         self.cost = 0.0
         self.set_hand(hand)
+        if config.swarm_only:  # slow the first time; that must not fall into a frame
+            self.objects.coarse_meshes(list(range(len(objects.geometries))))
 
     def set_hand(self, hand: HandModel) -> None:
         """Use another hand shape from now on."""
@@ -248,15 +226,17 @@ class SceneTrack:
     ) -> BodyState:
         """Return the best of a particle swarm on the published cost around a start."""
         config = self.config
-        objects = self.objects.coarse(active) if move_objects else self.objects(active)
+        objects = self.objects(active)
         seen = coarser(view.seen, config.swarm_size)
         costs = np.zeros(particles, np.float32)
 
         def cost(states: Single) -> Single:
-            forth_costs(
-                self.arrays, objects, seen, states, start.rotations, 0, len(states), move_objects,
-                costs,
-            )  # fmt: skip
+            scene = self.arrays, objects
+            if move_objects:
+                meshes = self.objects.coarse_meshes(active)
+                joint_costs(*scene, meshes, seen, states, start.rotations, costs)
+            else:
+                forth_costs(*scene, seen, states, start.rotations, 0, particles, costs)
             return costs.copy()
 
         spread = np.zeros(len(start.values), np.float32)

@@ -1,0 +1,122 @@
+"""The published cost of a hand together with the objects that it moves, for many particles.
+
+The same E as `objective.forth_costs`, but every particle has its own poses of the objects, so that
+their meshes are drawn for each: into images of inverse depth, which that is cheapest for.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from intent_tracking.hand_kernel import JIT, new_hand_buffers, place_hand
+from intent_tracking.inverse_depth import FARTHEST, PADDING, draw_capsule, draw_meshes
+from intent_tracking.object_kernel import signed_distance
+from intent_tracking.objective import (
+    FORTH_PENETRATION_WEIGHT,
+    KINEMATIC_WEIGHT,
+    finger_crossing,
+    forth_cost,
+    forth_sums,
+    sums_above,
+    turn_bodies,
+)
+from intent_tracking.raster import FAR
+
+
+@njit(**JIT)
+def near_penetration(hand, buffers, objects, state, rotations, gradient):  # type: ignore[no-untyped-def]
+    """Return `objective.penetration` of all capsules, computed where it can be positive only.
+
+    That is in cells of the distance grid none of whose corners is farther from the surface than
+    the capsule's radius: no two corners' distances differ by more than the cell's diagonal.
+    """
+    total, zero, half = np.float32(0.0), np.float32(0.0), np.float32(0.5)
+    grid = objects.grid
+    for k in range(objects.surface.shape[0]):
+        r, o = rotations[1 + k], 26 + 6 * k
+        scale, start = objects.grid_scale[k], objects.grid_start[k]
+        nx, ny, nz = objects.grid_shape[k, 0], objects.grid_shape[k, 1], objects.grid_shape[k, 2]
+        ox, oy, oz = objects.grid_origin[k, 0], objects.grid_origin[k, 1], objects.grid_origin[k, 2]
+        x0, y0, z0 = state[o], state[o + 1], state[o + 2]
+        diagonal = np.float32(math.sqrt(3.0)) / scale
+        for i in range(24):
+            reach = hand.radii[i] - np.float32(0.001)
+            for s in range(3):
+                t = half * np.float32(s)
+                x = buffers.ends[i, 0, 0] + t * (buffers.ends[i, 1, 0] - buffers.ends[i, 0, 0]) - x0
+                y = buffers.ends[i, 0, 1] + t * (buffers.ends[i, 1, 1] - buffers.ends[i, 0, 1]) - y0
+                z = buffers.ends[i, 0, 2] + t * (buffers.ends[i, 1, 2] - buffers.ends[i, 0, 2]) - z0
+                lx = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z
+                ly = r[0, 1] * x + r[1, 1] * y + r[2, 1] * z
+                lz = r[0, 2] * x + r[1, 2] * y + r[2, 2] * z
+                gx, gy, gz = (lx - ox) * scale, (ly - oy) * scale, (lz - oz) * scale
+                if min(gx, gy, gz) < zero:
+                    continue
+                a, b, c = int(gx), int(gy), int(gz)
+                if a >= nx - 1 or b >= ny - 1 or c >= nz - 1:
+                    continue
+                if grid[start + (a * ny + b) * nz + c] - diagonal < reach:
+                    phi = signed_distance(objects, k, lx, ly, lz, gradient)
+                    total += max(reach - phi, zero)
+    return total
+
+
+@njit(**JIT)
+def to_depth(image, depth, r0, r1, c0, c1):  # type: ignore[no-untyped-def]
+    """Write the depths of rows r0..r1-1 and columns c0..c1-1 of an image; clear those rows."""
+    for row in range(r0, r1):
+        inverse, z = image[row, c0:c1], depth[row, c0:c1]
+        for j in range(c1 - c0):
+            z[j] = np.float32(1.0) / max(inverse[j], FARTHEST)
+        image[row] = np.float32(0.0)
+
+
+@njit(**JIT)
+def joint_costs(hand, objects, meshes, seen, states, base, costs):  # type: ignore[no-untyped-def]
+    """Write E of all particles; rotations are increments exp(state[3:6]) on `base`.
+
+    Args:
+        hand: `HandArrays`.
+        objects: `ObjectArrays` of K objects, for their distance grids.
+        meshes: `MeshArrays` of the same objects, to be drawn.
+        seen: `Labelled` tile.
+        states: (P, 26 + 6 K) particles.
+        base: (1 + K, 3, 3) rotations that the increments turn.
+        costs: (P,) receives E + penetration.
+    """
+    size = seen.depth.shape[0]
+    buffers = new_hand_buffers()
+    work = np.empty((3, max(meshes.vertices.shape[1], meshes.faces.shape[0])), np.float32)
+    chosen = np.empty(meshes.faces.shape[0] + 1, np.int32)
+    hand_image = np.zeros((size, size + PADDING), np.float32)
+    thing_image = np.zeros((size, size + PADDING), np.float32)
+    hand_depth, thing_depth = np.full((size, size), FAR), np.full((size, size), FAR)
+    above, sums = np.empty((size + 1, size // 16, 6), np.float32), np.empty(6, np.float32)
+    rotations, gradient = base.copy(), np.empty(3, np.float32)
+    sums_above(hand_depth, thing_depth, seen, above)
+    for p in range(len(states)):
+        state = states[p]
+        turn_bodies(state, base, rotations)
+        place_hand(hand, state, rotations[0], buffers)
+        r0, r1, c0, c1 = draw_meshes(
+            meshes, state, rotations, thing_image, seen.u0, seen.v0, seen.step, work, chosen
+        )
+        for i in range(24):
+            a, b, c, d = draw_capsule(
+                buffers.ends, i, hand.radii[i], hand_image, seen.u0, seen.v0, seen.step
+            )
+            r0, r1, c0, c1 = min(r0, a), max(r1, b), min(c0, c), max(c1, d)
+        r1, c0, c1 = max(r0, r1), c0 // 16 * 16, (max(c0, c1) + 15) // 16 * 16
+        to_depth(hand_image, hand_depth, r0, r1, c0, c1)
+        to_depth(thing_image, thing_depth, r0, r1, c0, c1)
+        drawn = forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1)
+        for n in range(6):
+            sums[n] = drawn[n]
+            for strip in range(size // 16):
+                sums[n] += above[size, strip, n]
+            for strip in range(c0 // 16, c1 // 16):
+                sums[n] -= above[r1, strip, n] - above[r0, strip, n]
+        inside = near_penetration(hand, buffers, objects, state, rotations, gradient)
+        costs[p] = forth_cost(sums) + KINEMATIC_WEIGHT * finger_crossing(state)
+        costs[p] += FORTH_PENETRATION_WEIGHT * inside
