@@ -1,7 +1,7 @@
 """The tracker (Sec. III-B): a hand and N known objects, 26 + 6 N values from every RGB-D frame."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from intent_tracking.hand_detection import (
 from intent_tracking.hand_kernel import Single, hand_buffers
 from intent_tracking.hand_shape import HandShapeEstimate, shaped_hand
 from intent_tracking.held_objects import expected, note_objects, reconsidered, ties_of
+from intent_tracking.hypothesis import Hypothesis, unusual_roll
 from intent_tracking.initialisation import Candidate, candidates, region_evidence
 from intent_tracking.labelling import OF_HAND
 from intent_tracking.object_kernel import geometry_of
@@ -32,21 +33,6 @@ from intent_tracking.tracker_config import TrackerConfig
 from intent_tracking.uncertainty import state_deviation
 
 __all__ = ["Hypothesis", "Tracker", "TrackerConfig"]
-
-
-@dataclass
-class Hypothesis:
-    """A track with its record."""
-
-    track: SceneTrack
-    lives: list[ObjectLife]
-    mean_cost: float
-    """Smoothed cost per hand pixel."""
-    age: int = 0
-    thin: int = 0
-    """Frames in a row with hardly a hand pixel."""
-    fit: Fit | None = None
-    active: tuple[int, ...] = ()
 
 
 class Tracker:
@@ -188,15 +174,27 @@ class Tracker:
     def _compete(self) -> None:
         """Put the better hypothesis first; end the competition when it is clear."""
         if len(self._hypotheses) > 1:
-            self._hypotheses.sort(key=lambda h: h.mean_cost)
+            self._hypotheses.sort(key=self._rank)
             first, second = self._hypotheses[:2]
-            lead = second.mean_cost - first.mean_cost
+            lead = self._rank(second) - self._rank(first)
             if first.age >= self.config.decision_frames or (
                 first.age >= 3 and lead > self.config.decision_margin
             ):
                 self._hypotheses = [first]
         if len(self._hypotheses) == 1:
             self._side = self._hypotheses[0].track.hand.side
+
+    def _rank(self, hypothesis: Hypothesis) -> float:
+        """Return the smoothed cost and how unusual the hand's roll is; least is best."""
+        return hypothesis.mean_cost + self._unusual(hypothesis)
+
+    def _unusual(self, hypothesis: Hypothesis) -> float:
+        """Return what the hand's roll adds to the cost; nothing where no table says what is up."""
+        if self._table is None:
+            return 0.0
+        track = hypothesis.track
+        rotation = self._T_table_camera[:3, :3] @ track.state.rotations[0]
+        return self.config.unusual_roll * unusual_roll(track.hand.side, rotation)
 
     def _doubtful(self, hypothesis: Hypothesis) -> bool:
         """Return whether other starts shall be tried: often when young, then when it fits badly."""
@@ -225,7 +223,7 @@ class Tracker:
                 state.values[:HAND_SIZE] = candidate.state.values
                 state.rotations[0] = candidate.state.rotations[0]
                 self._hypotheses.append(self._hypothesis(side, state, cost))
-        self._hypotheses.sort(key=lambda h: h.mean_cost)
+        self._hypotheses.sort(key=self._rank)
         return True
 
     def _try_others(self, frame: RgbdFrame) -> None:
@@ -251,7 +249,8 @@ class Tracker:
             view = rival.track.view(frame, state, active, self._appearance, self._table)
             ties = ties_of(leader.lives, active, self.config.life)
             fit = rival.track.tried(view, state, active, ties, self._frames)
-            if fit.cost < self.config.better * leader.track.cost:
+            lead = self._unusual(leader) - self._unusual(rival)
+            if fit.cost < self.config.better * leader.track.cost + lead:
                 rival.track.accept(state, active, fit)
                 rival.track.before = rival.track.state
                 rival.mean_cost, rival.age = fit.cost, leader.age

@@ -54,6 +54,8 @@ class TrackerConfig:
     """Lead in mean cost that ends the competition."""
     side_bias: float = 0.10
     """Cost that the side last seen is ahead at a new start."""
+    unusual_roll: float = 0.3
+    """Cost of a hand turned over, see `hypothesis.unusual_roll`."""
     learn_period: int = 4
     """Frames between updates of the colour models."""
     track: TrackConfig = field(default_factory=TrackConfig)
