@@ -3,7 +3,8 @@
 Every vertex carries the sum Q of the squared distances to the planes of the faces that it stands
 for, weighted with their areas. Collapsing an edge puts one vertex where the sum of both is least.
 All collapses of a round have neighbourhoods apart from each other, so that a round is a few array
-operations.
+operations. Of the libraries at hand, fast-simplification 0.2 took three quarters of a hammer's
+volume away at 200 triangles, and Open3D needs a system library that tracking does without.
 """
 
 from typing import NamedTuple
