@@ -15,7 +15,13 @@ from intent_perception.mesh import Mesh
 from intent_perception.objects import ObjectDatabase
 from intent_tracking.hand import HandModel
 from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand
-from intent_tracking.object_kernel import geometry_of, object_arrays, off_grid, signed_distance
+from intent_tracking.object_kernel import (
+    geometry_of,
+    object_arrays,
+    object_distances,
+    off_grid,
+    signed_distance,
+)
 from intent_tracking.objective import Labelled, forth_costs
 from intent_tracking.raster import FAR, draw_capsule, draw_mesh
 
@@ -133,6 +139,18 @@ def test_a_point_off_the_grid_is_at_least_as_far_from_the_surface_as_said():
     distance = np.array([signed_distance(objects, 0, *point, gradient) for point in points])
     assert 0 < (least > 0.0).sum() < 500
     assert np.all(distance[least > 0.0] >= least[least > 0.0] - 0.003)  # one cell of the grid
+
+
+def test_distances_are_right_within_reach_and_beyond_it_elsewhere():
+    objects = object_arrays([geometry_of(ObjectDatabase.load()["mug_0"])])
+    points = np.random.default_rng(8).uniform(-0.3, 0.3, (3, 800)).astype(np.float32)
+    rotation, zero, found = pose(3)[1], np.float32(0.0), np.zeros((2, 800), np.float32)
+    for reach, distance in zip((np.float32(0.09), FAR), found, strict=True):
+        object_distances(objects, 0, rotation, zero, zero, zero, points, reach, distance)
+    within = found[1] < 0.09
+    assert 0 < within.sum() < 800
+    np.testing.assert_array_equal(found[0, within], found[1, within])
+    assert np.all(found[0, ~within] >= 0.09)
 
 
 def test_drawn_depth_agrees_with_ray_casting():

@@ -18,7 +18,8 @@ from intent_tracking.inverse_depth import PADDING, draw_capsule, draw_meshes, me
 from intent_tracking.object_kernel import geometry_of, object_arrays
 from intent_tracking.objective import penetration, turn_bodies
 from intent_tracking.packed_objects import PackedObjects
-from intent_tracking.swarm_cost import joint_costs, near_penetration
+from intent_tracking.pso import fly
+from intent_tracking.swarm_cost import joint_costs, near_penetration, sums_of_nothing
 
 IDENTITIES = np.tile(np.eye(3, dtype=np.float32), (2, 1, 1))
 
@@ -88,7 +89,16 @@ def test_cost_of_every_particle_is_that_of_the_whole_tile(mug):
     objects, states, seen = object_arrays([mug]), mug_states(8), random_tile()
     costs = np.zeros(8, np.float32)
     meshes = mesh_arrays([(mug.vertices, mug.faces)])
-    joint_costs(hand_arrays(HandModel()), objects, meshes, seen, states, IDENTITIES, costs)
+    joint_costs(
+        hand_arrays(HandModel()),
+        objects,
+        meshes,
+        seen,
+        sums_of_nothing(seen),
+        states,
+        IDENTITIES,
+        costs,
+    )
     expected = [whole_cost(objects, seen, state) for state in states]
     np.testing.assert_allclose(costs, expected, rtol=1e-5)
 
@@ -105,3 +115,17 @@ def test_penetration_is_that_of_every_capsule(mug):
         expected.append(penetration(*scene, 0, 24, gradient))
     assert max(expected) > 0.02
     np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+def test_a_step_of_the_swarm_is_that_of_the_published_equations():
+    rng = np.random.default_rng(7)
+    position, own = rng.normal(0, 0.3, (2, 64, 32)).astype(np.float32)
+    velocity, spread = rng.normal(0, 0.2, (64, 32)), np.full(32, 0.2, np.float32)
+    low, high = np.full(32, -0.5, np.float32), np.full(32, 0.4, np.float32)
+    draws = rng.random((2, 64, 32), dtype=np.float32)
+    pull = 2.8 * draws[0] * (own - position) + 1.3 * draws[1] * (own[3] - position)
+    faster = np.clip(0.7298438 * (velocity + pull), -0.4, 0.4)
+    expected = np.clip(position + faster, -0.5, 0.4)
+    fly(position, velocity, own, own[3], draws, spread, low, high)
+    np.testing.assert_allclose(velocity, faster, atol=1e-6)
+    np.testing.assert_allclose(position, expected, atol=1e-6)

@@ -119,10 +119,10 @@ def _scores(
     scores[0, rest] += 3.0
     scores[1] = color[HAND] - np.minimum(gap * gap * factor, 4.5)
     scores[1, gap > config.reach] = -1e3
-    distance = np.empty(count, np.float32)
+    distance, reach = np.empty(count, np.float32), np.float32(config.reach)
     for k in range(objects):
         origin = bodies.state[26 + 6 * k : 29 + 6 * k]
-        object_distances(bodies.objects, k, bodies.rotations[1 + k], *origin, near, distance)
+        object_distances(bodies.objects, k, bodies.rotations[1 + k], *origin, near, reach, distance)
         row = bodies.color_rows[k]
         scores[2 + k] = color[FIRST_OBJECT + row] - np.minimum(distance * distance * factor, 4.5)
         scores[2 + k, np.abs(distance) > config.reach] = -1e3

@@ -184,17 +184,20 @@ def distance_in_camera(objects, k, rotation, x, y, z, gradient):  # type: ignore
 
 
 @njit(**JIT)
-def object_distances(objects, k, rotation, x0, y0, z0, points, distance):  # type: ignore[no-untyped-def]
-    """Write the signed distance (N,) [m] of points (3, N) to object k at (rotation, x0..z0)."""
+def object_distances(objects, k, rotation, x0, y0, z0, points, reach, distance):  # type: ignore[no-untyped-def]
+    """Write the signed distance (N,) [m] of points (3, N) to object k at (rotation, x0..z0).
+
+    Of points that are clearly farther than `reach`, only a distance that is too small is known.
+    """
     gradient = np.empty(3, np.float32)
     r = rotation
     for n in range(points.shape[1]):
         x, y, z = points[0, n] - x0, points[1, n] - y0, points[2, n] - z0
-        distance[n] = signed_distance(
-            objects,
-            k,
-            r[0, 0] * x + r[1, 0] * y + r[2, 0] * z,
-            r[0, 1] * x + r[1, 1] * y + r[2, 1] * z,
-            r[0, 2] * x + r[1, 2] * y + r[2, 2] * z,
-            gradient,
-        )
+        lx = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z
+        ly = r[0, 1] * x + r[1, 1] * y + r[2, 1] * z
+        lz = r[0, 2] * x + r[1, 2] * y + r[2, 2] * z
+        least = off_grid(objects, k, lx, ly, lz)
+        if least > reach + np.float32(GRID_SPACING):
+            distance[n] = least
+        else:
+            distance[n] = signed_distance(objects, k, lx, ly, lz, gradient)

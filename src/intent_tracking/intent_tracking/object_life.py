@@ -13,6 +13,7 @@ from intent_perception.geometry import (
 )
 from intent_tracking.hand_kernel import HandBuffers, Single
 from intent_tracking.object_kernel import ObjectArrays, object_distances
+from intent_tracking.raster import FAR
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,5 +133,5 @@ def hand_gap(buffers: HandBuffers, radii: Single, objects: ObjectArrays, pose: A
     rotation = np.ascontiguousarray(pose[:3, :3], dtype=np.float32)
     origin = pose[:3, 3].astype(np.float32)
     columns = np.ascontiguousarray(points.T)
-    object_distances(objects, 0, rotation, *origin, columns, distance)
+    object_distances(objects, 0, rotation, *origin, columns, FAR, distance)
     return float((distance - np.tile(radii, 3)).min())

@@ -54,35 +54,50 @@ class Labelled(NamedTuple):
 
 
 @njit(**JIT)
+def forth_shares(z, hand_first, d, oh, ot):  # type: ignore[no-untyped-def]
+    """Return what one pixel adds to the six sums of D: rendered depth z, observed depth d [m]."""
+    one, zero = np.float32(1.0), np.float32(0.0)
+    missing = d <= zero
+    observed = oh + ot
+    hidden = (not missing) and observed == zero and d < z - np.float32(0.015)
+    front = one if (z < np.float32(100.0) and not hidden) else zero
+    hand = front if hand_first else zero
+    thing = front - hand
+    difference = abs(z - d)
+    union = max(front, observed)
+    agree = one if (missing or difference < np.float32(0.01)) else zero
+    return (
+        zero if missing else union * min(difference, np.float32(0.04)),
+        union,
+        hand * oh * agree,
+        oh if missing else max(hand, oh),
+        thing * ot * agree,
+        ot if missing else max(thing, ot),
+    )
+
+
+@njit(**JIT)
 def forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1):  # type: ignore[no-untyped-def]
     """Return the six sums of D over rows r0..r1-1 and columns c0..c1-1.
 
     Depth differences [m], union of observed and rendered foreground, then for hand and objects the
     pixels in both images and those in either.
     """
-    one, zero = np.float32(1.0), np.float32(0.0)
+    zero = np.float32(0.0)
     total, area = zero, zero
     hand_and, hand_or, thing_and, thing_or = zero, zero, zero, zero
     for row in range(r0, r1):
         zh, zt, d = hand_depth[row, c0:c1], thing_depth[row, c0:c1], seen.depth[row, c0:c1]
         oh, ot = seen.hand[row, c0:c1], seen.thing[row, c0:c1]
         for j in range(c1 - c0):
-            z = min(zh[j], zt[j])
-            missing = d[j] <= zero
-            observed = oh[j] + ot[j]
-            hidden = (not missing) and observed == zero and d[j] < z - np.float32(0.015)
-            front = one if (z < np.float32(100.0) and not hidden) else zero
-            hand = front if zh[j] < zt[j] else zero
-            thing = front - hand
-            difference = abs(z - d[j])
-            union = max(front, observed)
-            total += zero if missing else union * min(difference, np.float32(0.04))
-            area += union
-            agree = one if (missing or difference < np.float32(0.01)) else zero
-            hand_and += hand * oh[j] * agree
-            hand_or += oh[j] if missing else max(hand, oh[j])
-            thing_and += thing * ot[j] * agree
-            thing_or += ot[j] if missing else max(thing, ot[j])
+            z, first = min(zh[j], zt[j]), zh[j] < zt[j]
+            shares = forth_shares(z, first, d[j], oh[j], ot[j])
+            total += shares[0]
+            area += shares[1]
+            hand_and += shares[2]
+            hand_or += shares[3]
+            thing_and += shares[4]
+            thing_or += shares[5]
     return total, area, hand_and, hand_or, thing_and, thing_or
 
 

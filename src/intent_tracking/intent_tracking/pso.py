@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from intent_tracking.hand_kernel import Single
 
@@ -53,7 +54,7 @@ def minimise(
     position = start + rng.standard_normal(shape, dtype=np.float32) * spread
     position[0] = start
     position = np.clip(position, low, high)
-    velocity = np.zeros(shape, np.float32)
+    velocity = np.zeros(shape)
     own, own_cost = position.copy(), np.full(particles, np.inf, np.float32)
     for generation in range(generations):
         costs = cost(position)
@@ -61,15 +62,39 @@ def minimise(
         own[better], own_cost[better] = position[better], costs[better]
         if generation == generations - 1:
             break
-        best = own[np.argmin(own_cost)]
-        pull = COGNITIVE * rng.random(shape, dtype=np.float32) * (own - position)
-        pull += SOCIAL * rng.random(shape, dtype=np.float32) * (best - position)
-        velocity = np.clip(CONSTRICTION * (velocity + pull), -2.0 * spread, 2.0 * spread)
-        position = np.clip(position + velocity, low, high).astype(np.float32)
+        draws = rng.random((2, *shape), dtype=np.float32)
+        fly(position, velocity, own, own[np.argmin(own_cost)], draws, spread, low, high)
         if generation % 3 == 2 and generation < generations - 3:
             _redraw_finger_joints(position, bounds, rng)
     winner = int(np.argmin(own_cost))
     return Swarm(own[winner], float(own_cost[winner]), own.std(axis=0).astype(np.float32))
+
+
+@njit(error_model="numpy", cache=True, nogil=True)
+def fly(position, velocity, own, best, draws, spread, low, high):  # type: ignore[no-untyped-def]
+    """Move the particles by one step of the swarm, without fast math: the same bits everywhere.
+
+    Args:
+        position: (P, D) float32, overwritten.
+        velocity: (P, D) float64, overwritten.
+        own: (P, D) best position of each particle.
+        best: (D,) best position of all.
+        draws: (2, P, D) random numbers in 0..1.
+        spread: (D,) half of the highest velocity.
+        low: (D,) lower limits.
+        high: (D,) upper limits.
+    """
+    cognitive, social, two = np.float32(COGNITIVE), np.float32(SOCIAL), np.float32(2.0)
+    for p in range(position.shape[0]):
+        for d in range(position.shape[1]):
+            here = position[p, d]
+            pull = cognitive * draws[0, p, d] * (own[p, d] - here)
+            pull += social * draws[1, p, d] * (best[d] - here)
+            limit = np.float64(two * spread[d])
+            fast = CONSTRICTION * (velocity[p, d] + np.float64(pull))
+            velocity[p, d] = min(max(fast, -limit), limit)
+            there = min(max(here + velocity[p, d], np.float64(low[d])), np.float64(high[d]))
+            position[p, d] = np.float32(there)
 
 
 def _redraw_finger_joints(position: Single, bounds: Single, rng: np.random.Generator) -> None:

@@ -1,5 +1,6 @@
 """One hypothesis of the scene followed over frames: a hand of one side and all objects."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -36,7 +37,7 @@ from intent_tracking.pso import minimise
 from intent_tracking.raster import FAR
 from intent_tracking.refinement import refine
 from intent_tracking.scene import HAND_SIZE, OBJECT_SIZE
-from intent_tracking.swarm_cost import joint_costs
+from intent_tracking.swarm_cost import joint_costs, sums_of_nothing
 from intent_tracking.tile import Tile, covering_square, cut_tile
 from intent_tracking.track_config import TrackConfig
 
@@ -226,19 +227,8 @@ class SceneTrack:
     ) -> BodyState:
         """Return the best of a particle swarm on the published cost around a start."""
         config = self.config
-        objects = self.objects(active)
         seen = coarser(view.seen, config.swarm_size)
-        costs = np.zeros(particles, np.float32)
-
-        def cost(states: Single) -> Single:
-            scene = self.arrays, objects
-            if move_objects:
-                meshes = self.objects.coarse_meshes(active)
-                joint_costs(*scene, meshes, seen, states, start.rotations, costs)
-            else:
-                forth_costs(*scene, seen, states, start.rotations, 0, particles, costs)
-            return costs.copy()
-
+        cost = self._rating(start, seen, active, move_objects)
         spread = np.zeros(len(start.values), np.float32)
         spread[:HAND_SIZE] = config.swarm_spread
         if move_objects:
@@ -252,6 +242,28 @@ class SceneTrack:
             turn(*swarm.best[offset : offset + 3], start.rotations[body], found.rotations[body])
             found.values[offset : offset + 3] = 0.0
         return found
+
+    def _rating(
+        self, start: BodyState, seen: Labelled, active: list[int], move_objects: bool
+    ) -> Callable[[Single], Single]:
+        """Return the published cost (P,) of states (P, D) around a start."""
+        hand, objects, base = self.arrays, self.objects(active), start.rotations
+
+        def of_hand(states: Single) -> Single:
+            costs = np.empty(len(states), np.float32)
+            forth_costs(hand, objects, seen, states, base, 0, len(states), costs)
+            return costs
+
+        if not move_objects:
+            return of_hand
+        meshes, above = self.objects.coarse_meshes(active), sums_of_nothing(seen)
+
+        def of_all(states: Single) -> Single:
+            costs = np.empty(len(states), np.float32)
+            joint_costs(hand, objects, meshes, seen, above, states, base, costs)
+            return costs
+
+        return of_all
 
     def accept(self, guess: BodyState, active: list[int], fit: Fit) -> None:
         """Make a fit the present state."""
