@@ -18,7 +18,7 @@ from intent_tracking.inverse_depth import PADDING, draw_capsule, draw_meshes, me
 from intent_tracking.object_kernel import geometry_of, object_arrays
 from intent_tracking.objective import penetration, turn_bodies
 from intent_tracking.packed_objects import PackedObjects
-from intent_tracking.pso import fly
+from intent_tracking.pso import fly, remember
 from intent_tracking.swarm_cost import joint_costs, near_penetration, sums_of_nothing
 
 IDENTITIES = np.tile(np.eye(3, dtype=np.float32), (2, 1, 1))
@@ -129,3 +129,14 @@ def test_a_step_of_the_swarm_is_that_of_the_published_equations():
     fly(position, velocity, own, own[3], draws, spread, low, high)
     np.testing.assert_allclose(velocity, faster, atol=1e-6)
     np.testing.assert_allclose(position, expected, atol=1e-6)
+
+
+def test_every_particle_remembers_its_best_position():
+    rng = np.random.default_rng(9)
+    position, own = rng.normal(size=(2, 16, 32)).astype(np.float32)
+    costs, own_cost = rng.random((2, 16), dtype=np.float32)
+    least, better = np.minimum(costs, own_cost), (costs < own_cost)[:, None]
+    expected = np.where(better, position, own)
+    assert remember(position, costs, own, own_cost) == least.argmin()
+    np.testing.assert_array_equal(own, expected)
+    np.testing.assert_array_equal(own_cost, least)

@@ -56,18 +56,30 @@ def minimise(
     position = np.clip(position, low, high)
     velocity = np.zeros(shape)
     own, own_cost = position.copy(), np.full(particles, np.inf, np.float32)
+    winner = 0
     for generation in range(generations):
-        costs = cost(position)
-        better = costs < own_cost
-        own[better], own_cost[better] = position[better], costs[better]
+        winner = remember(position, cost(position), own, own_cost)
         if generation == generations - 1:
             break
         draws = rng.random((2, *shape), dtype=np.float32)
-        fly(position, velocity, own, own[np.argmin(own_cost)], draws, spread, low, high)
+        fly(position, velocity, own, own[winner], draws, spread, low, high)
         if generation % 3 == 2 and generation < generations - 3:
             _redraw_finger_joints(position, bounds, rng)
-    winner = int(np.argmin(own_cost))
     return Swarm(own[winner], float(own_cost[winner]), own.std(axis=0).astype(np.float32))
+
+
+@njit(error_model="numpy", cache=True, nogil=True)
+def remember(position, costs, own, own_cost):  # type: ignore[no-untyped-def]
+    """Update each particle's best position (P, D) and its cost (P,); return the best particle."""
+    best = 0
+    for p in range(position.shape[0]):
+        if costs[p] < own_cost[p]:
+            own_cost[p] = costs[p]
+            for d in range(position.shape[1]):
+                own[p, d] = position[p, d]
+        if own_cost[p] < own_cost[best]:
+            best = p
+    return best
 
 
 @njit(error_model="numpy", cache=True, nogil=True)
