@@ -16,6 +16,7 @@ import io
 import json
 import sys
 import time
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from itertools import count
@@ -121,7 +122,8 @@ def main(argv: list[str] | None = None) -> int:
         grasps = [own["grasp"] for own in made if own["grasp"] is not None]
         if enough(grasps, arguments.count, arguments.each):
             break
-    lessons.close()
+    with warnings.catch_warnings(action="ignore"):  # what the other processes began is not needed
+        lessons.close()
     write_tables(made, arguments.out)
     print(f"{arguments.out}: {len(grasps)} grasps, {len(made) - len(grasps)} without one")
     return 0
