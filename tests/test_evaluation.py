@@ -76,6 +76,12 @@ def test_the_interval_of_a_share_holds_the_truth_19_times_of_20() -> None:
     assert 0.93 <= inside / 2000 <= 0.98
 
 
+@pytest.mark.parametrize("count", range(1, 80))
+def test_the_interval_of_a_share_contains_it_to_the_last_bit(count: int) -> None:
+    assert share_interval(np.ones(count, bool))[1] == 1.0
+    assert share_interval(np.zeros(count, bool))[0] == 0.0
+
+
 def test_splits_by_object_share_no_object_and_keep_every_class() -> None:
     table = made_up_grasps(300)
     rng = np.random.default_rng(3)

@@ -87,4 +87,5 @@ def share_interval(hits: NDArray[np.bool_]) -> list[float]:
     middle = share + z * z / (2.0 * count)
     half = z * float(np.sqrt(share * (1.0 - share) / count + z * z / (4.0 * count**2)))
     scale = 1.0 + z * z / count
-    return [max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)]
+    low, high = (middle - half) / scale, (middle + half) / scale
+    return [max(0.0, min(share, low)), min(1.0, max(share, high))]  # rounding must not cut it off
