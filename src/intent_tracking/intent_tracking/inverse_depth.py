@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from intent_perception.geometry import Array
 from intent_tracking.hand_kernel import JIT, Single
-from intent_tracking.raster import NEAR, capsule_box, capsule_sides
+from intent_tracking.raster import FAR, NEAR, capsule_sides, capsule_window
 
-PADDING = 16
 LANES = 16  # of a triangle's row: fewer are unrolled one by one before they could be vectorised
-FARTHEST = np.float32(1e-3)
-"""Inverse of the depth that stands for nothing, `raster.FAR` [1/m]."""
+PADDING = LANES
+FARTHEST = np.float32(1.0) / FAR
+"""Inverse of the depth that stands for nothing [1/m]."""
 
 
 class MeshArrays(NamedTuple):
@@ -83,15 +83,10 @@ def draw_capsule(ends, i, radius, image, u0, v0, step):  # type: ignore[no-untyp
     Returns:
         rows and columns (r0, r1, c0, c1), half open, within which pixels may have changed.
     """
-    size, zero = image.shape[0], np.float32(0.0)
-    if min(ends[i, 0, 2], ends[i, 1, 2]) < radius + NEAR:
+    size = image.shape[0]
+    r0, r1, left, right = capsule_window(ends, i, radius, size, u0, v0, step)
+    if left > right:
         return size, 0, size, 0
-    top, bottom, left, right = capsule_box(ends, i, radius, u0, v0, step)
-    last = np.float32(size - 1)
-    if top > last or bottom < zero or left > last or right < zero:
-        return size, 0, size, 0
-    left, right = max(left, zero), min(right, last)
-    r0, r1 = int(math.ceil(max(top, zero))), int(min(bottom, last)) + 1
     sides = capsule_sides(ends, i, radius, u0, v0, step)
     fill_capsule(ends, i, radius, image, r0, r1, left, right, sides, u0, v0, step)
     return r0, r1, int(left), int(right) + 1

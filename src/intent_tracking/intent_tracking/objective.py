@@ -128,6 +128,28 @@ def sums_above(hand_depth, thing_depth, seen, above):  # type: ignore[no-untyped
 
 
 @njit(**JIT)
+def complete_sums(drawn, above, r0, r1, c0, c1, sums):  # type: ignore[no-untyped-def]
+    """Write the six sums of D over a tile of which a window was drawn anew.
+
+    Args:
+        drawn: the six sums over the window.
+        above: (S + 1, S / 16, 6) of the tile without it, see `sums_above`.
+        r0: first row of the window.
+        r1: one past its last row.
+        c0: first column, a multiple of 16.
+        c1: one past the last column, a multiple of 16.
+        sums: (6,) is written.
+    """
+    size = above.shape[0] - 1
+    for n in range(6):
+        sums[n] = drawn[n]
+        for strip in range(size // 16):
+            sums[n] += above[size, strip, n]
+        for strip in range(c0 // 16, c1 // 16):
+            sums[n] -= above[r1, strip, n] - above[r0, strip, n]
+
+
+@njit(**JIT)
 def finger_crossing(state):  # type: ignore[no-untyped-def]
     """Return kc [rad] of a state: abduction is positive towards the thumb."""
     total = np.float32(0.0)
@@ -274,12 +296,7 @@ def forth_costs(hand, objects, seen, states, base, first, last, costs):  # type:
             r0, r1, c0, c1 = min(r0, a), max(r1, b), min(c0, c), max(c1, d)
         r1, c0, c1 = max(r0, r1), c0 // 16 * 16, (max(c0, c1) + 15) // 16 * 16
         drawn = forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1)
-        for n in range(6):
-            sums[n] = drawn[n]
-            for strip in range(size // 16):
-                sums[n] += above[size, strip, n]
-            for strip in range(c0 // 16, c1 // 16):
-                sums[n] -= above[r1, strip, n] - above[r0, strip, n]
+        complete_sums(drawn, above, r0, r1, c0, c1, sums)
         hand_depth[r0:r1] = FAR
         inside = penetration(hand, buffers, objects, state, rotations, 0, 24, gradient)
         costs[p] = forth_cost(sums) + KINEMATIC_WEIGHT * finger_crossing(state)

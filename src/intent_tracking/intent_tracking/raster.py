@@ -47,6 +47,22 @@ def capsule_box(ends, i, radius, u0, v0, step):  # type: ignore[no-untyped-def]
 
 
 @njit(**JIT)
+def capsule_window(ends, i, radius, size, u0, v0, step):  # type: ignore[no-untyped-def]
+    """Return rows (r0, r1), half open, and columns (left, right) of capsule i's image on a tile.
+
+    left > right where nothing of it is on the tile, or it is too near.
+    """
+    zero, last = np.float32(0.0), np.float32(size - 1)
+    if min(ends[i, 0, 2], ends[i, 1, 2]) < radius + NEAR:
+        return size, 0, last, -last
+    top, bottom, left, right = capsule_box(ends, i, radius, u0, v0, step)
+    if top > last or bottom < zero or left > last or right < zero:
+        return size, 0, last, -last
+    r0, r1 = int(math.ceil(max(top, zero))), int(min(bottom, last)) + 1
+    return r0, r1, max(left, zero), min(right, last)
+
+
+@njit(**JIT)
 def capsule_sides(ends, i, radius, u0, v0, step):  # type: ignore[no-untyped-def]
     """Return (slope, low, high): row r of capsule i's image is within low..high + slope r."""
     one = np.float32(1.0)
@@ -76,15 +92,10 @@ def draw_capsule(ends, i, radius, depth, u0, v0, step):  # type: ignore[no-untyp
     Returns:
         rows and columns (r0, r1, c0, c1), half open, within which pixels may have changed.
     """
-    size, zero = depth.shape[0], np.float32(0.0)
-    if min(ends[i, 0, 2], ends[i, 1, 2]) < radius + NEAR:
+    size = depth.shape[0]
+    r0, r1, left, right = capsule_window(ends, i, radius, size, u0, v0, step)
+    if left > right:
         return size, 0, size, 0
-    top, bottom, left, right = capsule_box(ends, i, radius, u0, v0, step)
-    last = np.float32(size - 1)
-    if top > last or bottom < zero or left > last or right < zero:
-        return size, 0, size, 0
-    left, right = max(left, zero), min(right, last)
-    r0, r1 = int(math.ceil(max(top, zero))), int(min(bottom, last)) + 1
     sides = capsule_sides(ends, i, radius, u0, v0, step)
     fill_capsule(ends, i, radius, depth, r0, r1, left, right, sides, u0, v0, step)
     return r0, r1, int(left), int(right) + 1

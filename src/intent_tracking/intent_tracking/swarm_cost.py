@@ -16,6 +16,7 @@ from intent_tracking.objective import (
     FORTH_PENETRATION_WEIGHT,
     KINEMATIC_WEIGHT,
     Labelled,
+    complete_sums,
     finger_crossing,
     forth_cost,
     forth_shares,
@@ -142,12 +143,7 @@ def joint_costs(hand, objects, meshes, seen, above, states, base, costs):  # typ
             r0, r1, c0, c1 = min(r0, a), max(r1, b), min(c0, c), max(c1, d)
         r1, c0, c1 = max(r0, r1), c0 // 16 * 16, (max(c0, c1) + 15) // 16 * 16
         drawn = image_sums(hand_image, thing_image, seen, r0, r1, c0, c1)
-        for n in range(6):
-            sums[n] = drawn[n]
-            for strip in range(size // 16):
-                sums[n] += above[size, strip, n]
-            for strip in range(c0 // 16, c1 // 16):
-                sums[n] -= above[r1, strip, n] - above[r0, strip, n]
+        complete_sums(drawn, above, r0, r1, c0, c1, sums)
         inside = near_penetration(hand, buffers, objects, state, rotations, gradient)
         costs[p] = forth_cost(sums) + KINEMATIC_WEIGHT * finger_crossing(state)
         costs[p] += FORTH_PENETRATION_WEIGHT * inside

@@ -32,7 +32,7 @@ from intent_tracking.tile import Tile, covering_square, cut_tile
 from intent_tracking.tracker_config import TrackerConfig
 from intent_tracking.uncertainty import state_deviation
 
-__all__ = ["Hypothesis", "Tracker", "TrackerConfig"]
+__all__ = ["Tracker", "TrackerConfig"]
 
 
 class Tracker:
