@@ -21,13 +21,13 @@ from own_models import own_models, write_models  # noqa: E402
 from scenarios import RECIPES, ROBOT_TABLE, Recipe  # noqa: E402
 from task_labels import TASKS, label_row, task_labels  # noqa: E402
 
-from intent_perception.bags import BagWriter  # noqa: E402
-from intent_perception.geometry import (  # noqa: E402
+from intent_perception.bags.bag_files import BagWriter  # noqa: E402
+from intent_perception.geometry.transforms import (  # noqa: E402
     inverse,
     make_pose,
     rotation_from_vector,
 )
-from intent_perception.objects import ObjectDatabase, ObjectModel  # noqa: E402
+from intent_perception.objects.database import ObjectDatabase, ObjectModel  # noqa: E402
 from intent_tracking.demonstrator import Set, all_seen, film, sample_set, still_life  # noqa: E402
 from intent_tracking.demonstrator_grasp import Grasp  # noqa: E402
 from intent_tracking.demonstrator_hand import sample_hand  # noqa: E402

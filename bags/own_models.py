@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from intent_perception.draft import AXIS, NOTHING, Draft, finish
-from intent_perception.loading import write_parts
-from intent_perception.model import Functions, ObjectModel, Opening
-from intent_perception.solids import (
+from intent_perception.objects.loading import write_parts
+from intent_perception.objects.model import Functions, ObjectModel, Opening
+from intent_perception.workshop.things.designed_object import AXIS, NOTHING, Draft, finish
+from intent_perception.workshop.things.solids import (
     loft,
     loft_parts,
     rings_of,

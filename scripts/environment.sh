@@ -13,13 +13,14 @@ system_ros() { [ "${ROS_DISTRO:-}" = jazzy ] && [[ "${AMENT_PREFIX_PATH:-}" == *
 enter_venv() {
   export VIRTUAL_ENV=$venv PATH=$venv/bin:$PATH PYTHONNOUSERSITE=1
   unset PYTHONHOME
+  export LD_LIBRARY_PATH=$venv/lib:${LD_LIBRARY_PATH:-}
   system_ros && return
   local site libs
   site=$(echo "$venv"/lib/python3.12/site-packages)
   libs=$(printf '%s:' "$site"/ros_*.libs)
   # Activation does not set these; with them the wheels' start-up hook has nothing left to re-execute.
   export AMENT_PREFIX_PATH=$venv CMAKE_PREFIX_PATH=$venv
-  export LD_LIBRARY_PATH=$venv/lib:$libs${LD_LIBRARY_PATH:-}
+  export LD_LIBRARY_PATH=$libs$LD_LIBRARY_PATH
   export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
 }
 

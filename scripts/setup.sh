@@ -40,6 +40,12 @@ install() {
     { tail -20 "$venv/pip.log" >&2 && fail "pip could not install $*; see above (is the package index reachable?)"; }
 }
 
+install_dev() {
+  install requirements-dev.txt
+  python -c 'import open3d' 2>/dev/null ||
+    ln -sf "$venv"/lib/python3.12/site-packages/libusb_package/libusb-1.0.so "$venv/lib/libusb-1.0.so.0"
+}
+
 # The wheels' CMake files name the folders of the machine that built them.
 repair_cmake() {
   local include numpy
@@ -95,7 +101,7 @@ fi
 enter_venv
 once install requirements.txt requirements-ros.txt -- install_run
 enter_venv # the libraries' folders exist only now
-[ "${1:-}" != --dev ] || once install-dev requirements-dev.txt -- install requirements-dev.txt
+[ "${1:-}" != --dev ] || once install-dev requirements-dev.txt -- install_dev
 once build msg_defs/intent_msgs colcon.meta src/*/package.xml src/*/setup.* src/*/config src/*/launch src/*/rviz \
   -- build
 mapfile -t kernels < <(grep -rl --include='*.py' njit src)

@@ -13,11 +13,11 @@ from scipy.spatial import cKDTree
 from intent_inference.dataset import GraspTable, read_grasps
 from intent_inference.intention import InferenceConfig, IntentionEstimator, TaskPosterior
 from intent_inference.variables import OBJECT_CLASS
-from intent_perception.bags import read_frames
-from intent_perception.camera import RgbdFrame
-from intent_perception.geometry import inverse, transform_points
-from intent_perception.objects import ObjectDatabase, ObjectModel
-from intent_perception.recognition import RecognizedObjects, Recognizer
+from intent_perception.bags.bag_files import read_frames
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.transforms import inverse, transform_points
+from intent_perception.objects.database import ObjectDatabase, ObjectModel
+from intent_perception.recognition.recognizer import RecognizedObjects, Recognizer
 from intent_tracking.grasp import GraspDetector, StableGrasp
 from intent_tracking.hand import HandModel
 from intent_tracking.scene import SceneState

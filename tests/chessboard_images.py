@@ -9,11 +9,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from intent_perception.calibration import Chessboard
-from intent_perception.camera import KINECT, ColorImage, DepthImage
-from intent_perception.geometry import Array, inverse, look_at
-from intent_perception.mesh import Mesh
-from intent_perception.rendering import render
+from intent_perception.geometry.camera import KINECT, ColorImage, DepthImage
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.rendering import render
+from intent_perception.geometry.transforms import Array, inverse, look_at
+from intent_perception.scene.camera_calibration import Chessboard
 
 FOLDER = Path(__file__).parent / "data" / "chessboard"
 BOARD = Chessboard(8, 6, 0.030)

@@ -6,10 +6,10 @@ from intent_imitation.plan import GraspCandidate, GraspPlan, ObjectChoice
 from intent_imitation.record import DemoRecord, DemoTruth
 from intent_inference.intention import Contribution, TaskPosterior
 from intent_inference.simulation.schunk import JOINT_NAMES
-from intent_perception.camera import Camera, RgbdFrame
-from intent_perception.geometry import look_at, make_pose, vector_from_pose
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_perception.geometry.camera import Camera, RgbdFrame
+from intent_perception.geometry.transforms import look_at, make_pose, vector_from_pose
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.features import GraspFeatures
 from intent_tracking.grasp import StableGrasp
 from intent_tracking.hand import HandModel

@@ -5,9 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from intent_perception.bag_images import DEPTH_FORMATS
-from intent_perception.bags import BagWriter, image_topics, read_frames, read_messages, transcode
-from intent_perception.camera import Camera, RgbdFrame
+from intent_perception.bags.bag_files import (
+    BagWriter,
+    image_topics,
+    read_frames,
+    read_messages,
+    transcode,
+)
+from intent_perception.bags.bag_images import DEPTH_FORMATS
+from intent_perception.geometry.camera import Camera, RgbdFrame
 
 CAMERA = Camera(64, 48, 52.5, 52.5, 31.5, 23.5)
 PERIOD = 33_333_333

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from intent_perception.boxes import Box, decompose, minimum_volume_box
-from intent_perception.geometry import rotation_from_vector
-from intent_perception.mesh import Mesh
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.boxes import Box, decompose, minimum_volume_box
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.transforms import rotation_from_vector
+from intent_perception.objects.database import ObjectDatabase
 
 MODELS = ObjectDatabase.load()
 

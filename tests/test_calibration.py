@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from intent_perception import calibrate as command
-from intent_perception.calibration import Chessboard, calibrate, find_board, fit_table
-from intent_perception.camera import KINECT, RgbdFrame, read_camera
-from intent_perception.geometry import (
+from intent_perception.geometry.camera import KINECT, RgbdFrame, read_camera
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.rendering import render
+from intent_perception.geometry.transforms import (
     Array,
     inverse,
     look_at,
@@ -19,9 +19,9 @@ from intent_perception.geometry import (
     rotation_angle,
     rotation_from_vector,
 )
-from intent_perception.mesh import Mesh
-from intent_perception.rendering import render
-from intent_perception.sensor import observe
+from intent_perception.scene import calibrate_command as command
+from intent_perception.scene.camera_calibration import Chessboard, calibrate, find_board, fit_table
+from intent_perception.workshop.scenes.sensor_noise import observe
 
 FOLDER = Path(__file__).parent / "data" / "chessboard"
 TRUTH = json.loads((FOLDER / "truth.json").read_text())

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from intent_perception import camera as c
-from intent_perception.camera import KINECT, Camera, RgbdFrame
+from intent_perception.geometry import camera as c
+from intent_perception.geometry.camera import KINECT, Camera, RgbdFrame
 
 
 def millimetres() -> np.ndarray:

@@ -5,9 +5,9 @@ import pytest
 
 from intent_imitation.collision import Obstacle, clearances, hand_spheres
 from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_perception.geometry import make_pose, rotation_from_vector
-from intent_perception.mesh import Mesh, convex_hull
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.mesh import Mesh, convex_hull
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_tracking.joint_table import placed_capsules
 
 DOWN = rotation_from_vector([np.pi, 0.0, 0.0])

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from intent_perception.confidence import FEATURES, SIGNS, confidence
-from intent_perception.fit_confidence import fit
-from intent_perception.scoring import expected_calibration_error
+from intent_perception.recognition.confidence import FEATURES, SIGNS, confidence
+from intent_perception.workshop.figures.confidence_fit import fit
+from intent_perception.workshop.figures.scoring import expected_calibration_error
 
 
 def typical() -> np.ndarray:

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from intent_perception.mesh import Mesh
-from intent_perception.objects import ObjectDatabase
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.decimation import decimated
 
 

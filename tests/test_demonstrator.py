@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from intent_perception.geometry import inverse, transform_points
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.transforms import inverse, transform_points
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.demonstrator_approach import approaches, leaves_function_free
 from intent_tracking.demonstrator_grasp import Grasp, Taker, load_residual
 from intent_tracking.demonstrator_hand import LOWER, UPPER, DemonstratorHand, sample_hand

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from intent_perception.geometry import inverse, transform_points
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.transforms import inverse, transform_points
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.demonstrator import CAMERA, all_seen, film, in_view, sample_set
 from intent_tracking.demonstrator_hand import sample_hand
 from intent_tracking.demonstrator_script import Act, Scenario, Script, rehearse

@@ -5,9 +5,9 @@ import pytest
 
 from intent_imitation.motions import MotionConfig, interpolate, stages
 from intent_imitation.plan import GraspCandidate
-from intent_perception.geometry import make_pose, rotation_angle, rotation_from_vector
-from intent_perception.objects import CLUTTER, ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_perception.geometry.transforms import make_pose, rotation_angle, rotation_from_vector
+from intent_perception.objects.database import CLUTTER, ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 
 TASKS = ("hand-over", "pouring", "tool-use", "dish-washing", "unheard-of")
 SIDE = np.stack([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]], axis=1)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from intent_perception.frames import FrameSynchroniser, SynchroniserConfig
+from intent_perception.bags.frame_assembly import FrameSynchroniser, SynchroniserConfig
 
 PERIOD = 33_333_333
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from intent_perception import geometry as g
+from intent_perception.geometry import transforms as g
 
 
 def rotations(count: int = 200) -> g.Array:

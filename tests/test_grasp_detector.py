@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from intent_perception.geometry import inverse, pose_from_vector, vector_from_pose
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.transforms import inverse, pose_from_vector, vector_from_pose
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.grasp import GraspConfig, GraspDetector
 from intent_tracking.hand import HandModel
 from intent_tracking.scene import SceneState

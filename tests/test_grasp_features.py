@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from intent_perception.geometry import inverse, pose_from_vector
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.transforms import inverse, pose_from_vector
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.features import (
     ObjectGeometry,
     as_right_hand,

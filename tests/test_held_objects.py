@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.tracker import Tracker, TrackerConfig
 from intent_tracking.views import mismatched_hand, pour_sequence, rendered_frames
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from intent_perception.geometry import Array, rotation_from_vector
+from intent_perception.geometry.transforms import Array, rotation_from_vector
 from intent_tracking.hand import Side
 from intent_tracking.hypothesis import unusual_roll
 

@@ -5,7 +5,7 @@ import pytest
 
 from intent_imitation.inferred import METHODS, inferred_posture
 from intent_inference.model import TaskModel
-from intent_perception.objects import ObjectDatabase
+from intent_perception.objects.database import ObjectDatabase
 
 
 @pytest.mark.parametrize("method", METHODS)

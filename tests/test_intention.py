@@ -10,8 +10,8 @@ from tests.grasp_tables import made_up_grasps
 from intent_inference.intention import InferenceConfig, IntentionEstimator
 from intent_inference.learning.fitting import Recipe, TrainingConfig, train
 from intent_inference.storage import ModelFileError
-from intent_perception.geometry import make_pose, rotation_from_vector, vector_from_pose
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector, vector_from_pose
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.features import GraspFeatures
 from intent_tracking.grasp import StableGrasp
 from intent_tracking.hand import HandModel

@@ -7,8 +7,8 @@ from intent_imitation.affordance import task_chances
 from intent_imitation.kinds import Kinds, shape_of
 from intent_imitation.library import GraspLibrary
 from intent_inference.model import TaskModel
-from intent_perception.objects import CLUTTER, ObjectDatabase
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.objects.database import CLUTTER, ObjectDatabase
 
 
 @pytest.fixture(scope="module")

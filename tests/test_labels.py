@@ -11,8 +11,8 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.hypotheses import Hypothesis
 from intent_inference.simulation.labels import TASKS, label_grasp
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.mesh import Mesh
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.objects.database import ObjectDatabase
 
 
 @pytest.fixture(scope="module")

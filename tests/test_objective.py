@@ -11,8 +11,8 @@ from tests.hand_images import (
     whole_cost,
 )
 
-from intent_perception.mesh import Mesh
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.hand import HandModel
 from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand
 from intent_tracking.object_kernel import (

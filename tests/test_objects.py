@@ -8,8 +8,8 @@ import trimesh
 import yaml
 from scipy.spatial import cKDTree
 
-from intent_perception.mesh import Mesh
-from intent_perception.objects import ObjectDatabase, ObjectModel
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.objects.database import ObjectDatabase, ObjectModel
 
 
 def database(folder: Path, shape: trimesh.Trimesh, **more: object) -> ObjectDatabase:

@@ -9,9 +9,9 @@ from intent_imitation import build_library
 from intent_imitation.planner import GraspPlanner, PlannerConfig
 from intent_inference import simulate, train
 from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_perception.geometry import make_pose
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_perception.geometry.transforms import make_pose
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 
 GRIPPER = Path(__file__).parent / "data" / "parallel_gripper" / "gripper.yaml"
 OBJECTS = ("mug_4", "screwdriver_1")

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from intent_perception.geometry import make_pose, rotation_from_vector, transform_points
-from intent_perception.hypotheses import transform_of_pair
-from intent_perception.model_surface import ModelSurface, surface_of
-from intent_perception.objects import ObjectDatabase
-from intent_perception.pair_hash import PairTable, pair_frame
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector, transform_points
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.proposal.model_surface import ModelSurface, surface_of
+from intent_perception.recognition.proposal.pair_hash import PairTable, pair_frame
+from intent_perception.recognition.proposal.pair_hypotheses import transform_of_pair
 
 DATABASE = ObjectDatabase.load()
 

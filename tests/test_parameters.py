@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from intent_perception.frames import SynchroniserConfig
-from intent_perception.parameters import parameters_of, with_values
+from intent_perception.bags.frame_assembly import SynchroniserConfig
+from intent_perception.basics.parameters import parameters_of, with_values
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from intent_perception.geometry import transform_points
-from intent_perception.mesh import Mesh
-from intent_perception.objects import OBJECT_CLASSES, ObjectDatabase, ObjectModel
-from intent_perception.parametric import make_clutter, make_objects
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.transforms import transform_points
+from intent_perception.objects.database import OBJECT_CLASSES, ObjectDatabase, ObjectModel
+from intent_perception.workshop.things.object_catalogue import make_clutter, make_objects
 
 MODELS = ObjectDatabase.load()
 CLUTTER = ObjectDatabase.clutter()

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from intent_perception.bags import BagWriter, image_topics, read_messages
-from intent_perception.camera import Camera, RgbdFrame
-from intent_perception.replay import bundles, parse_options, target_topic, transports
+from intent_perception.bags.bag_files import BagWriter, image_topics, read_messages
+from intent_perception.bags.playback import bundles, parse_options, target_topic, transports
+from intent_perception.geometry.camera import Camera, RgbdFrame
 
 CAMERA = Camera(64, 48, 52.5, 52.5, 31.5, 23.5)
 PERIOD = 33_333_333

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from intent_imitation.preconditions import fits_pose, is_vessel
-from intent_perception.geometry import make_pose, rotation_from_vector
-from intent_perception.objects import CLUTTER, ObjectDatabase, ObjectModel
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector
+from intent_perception.objects.database import CLUTTER, ObjectDatabase, ObjectModel
 
 UPRIGHT = np.eye(4)
 FLIPPED = make_pose(rotation_from_vector([np.pi, 0.0, 0.0]), np.zeros(3))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from intent_perception.objects import ObjectDatabase, ObjectModel
+from intent_perception.objects.database import ObjectDatabase, ObjectModel
 
 pytestmark = pytest.mark.slow
 

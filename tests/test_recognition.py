@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from intent_perception.camera import KINECT, RgbdFrame
-from intent_perception.detection import Detector, DetectorConfig
-from intent_perception.geometry import (
+from intent_perception.geometry.camera import KINECT, RgbdFrame
+from intent_perception.geometry.rendering import render
+from intent_perception.geometry.transforms import (
     Array,
     inverse,
     look_at,
@@ -13,14 +13,14 @@ from intent_perception.geometry import (
     rotation_from_vector,
     transform_points,
 )
-from intent_perception.matching import FOUND, pose_error, surface_points
-from intent_perception.model_library import ModelLibrary
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import Recognizer, RecognizerConfig
-from intent_perception.rendering import render
-from intent_perception.scoring import Claim, expected_calibration_error, judge
-from intent_perception.sensor import observe
-from intent_perception.tabletop import TabletopScene, tabletop_scene
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.detection import Detector, DetectorConfig
+from intent_perception.recognition.proposal.model_library import ModelLibrary
+from intent_perception.recognition.recognizer import Recognizer, RecognizerConfig
+from intent_perception.workshop.figures.matching import FOUND, pose_error, surface_points
+from intent_perception.workshop.figures.scoring import Claim, expected_calibration_error, judge
+from intent_perception.workshop.scenes.sensor_noise import observe
+from intent_perception.workshop.scenes.table_scenes import TabletopScene, tabletop_scene
 
 DATABASE = ObjectDatabase.load()
 NAMES = ("bottle_0", "mug_0", "hammer_0")

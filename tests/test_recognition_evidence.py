@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from intent_perception.alternatives import turns_that_matter
-from intent_perception.color_evidence import color_mismatch
-from intent_perception.contour import surface_beyond
-from intent_perception.fit_measures import patch_residual
-from intent_perception.model_library import ModelLibrary
-from intent_perception.objects import ObjectDatabase
-from intent_perception.oriented_image import orient
-from intent_perception.rasterizer import NOTHING
-from intent_perception.scene_view import SceneView
-from intent_perception.segmentation import segment
-from intent_perception.table import find_table
-from intent_perception.tabletop import tabletop_scene
+from intent_perception.geometry.rasterizer import NOTHING
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.proposal.model_library import ModelLibrary
+from intent_perception.recognition.verification.alternatives import turns_that_matter
+from intent_perception.recognition.verification.color_evidence import color_mismatch
+from intent_perception.recognition.verification.contour import surface_beyond
+from intent_perception.recognition.verification.fit_measures import patch_residual
+from intent_perception.scene.oriented_image import orient
+from intent_perception.scene.scene_view import SceneView
+from intent_perception.scene.segmentation import segment
+from intent_perception.scene.table_plane import find_table
+from intent_perception.workshop.scenes.table_scenes import tabletop_scene
 
 DATABASE = ObjectDatabase.load()
 RED = np.array([0.8, 0.15, 0.1], np.float32)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import yaml
 
-from intent_perception.cloud import read_cloud, view_cloud
-from intent_perception.detection import Detector, DetectorConfig
-from intent_perception.geometry import inverse, rotation_angle
-from intent_perception.model_library import ModelLibrary
-from intent_perception.objects import ObjectDatabase
-from intent_perception.real_scenes import uwa_reference
+from intent_perception.geometry.cloud import read_cloud, view_cloud
+from intent_perception.geometry.transforms import inverse, rotation_angle
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.detection import Detector, DetectorConfig
+from intent_perception.recognition.proposal.model_library import ModelLibrary
+from intent_perception.workshop.figures.real_scenes import uwa_reference
 
 
 @pytest.fixture

@@ -3,11 +3,17 @@
 import numpy as np
 import pytest
 
-from intent_perception.camera import KINECT
-from intent_perception.geometry import Array, inverse, look_at, make_pose, rotation_from_vector
-from intent_perception.mesh import Mesh
-from intent_perception.objects import ObjectDatabase
-from intent_perception.rendering import Lamp, render, visible_pixels
+from intent_perception.geometry.camera import KINECT
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.rendering import Lamp, render, visible_pixels
+from intent_perception.geometry.transforms import (
+    Array,
+    inverse,
+    look_at,
+    make_pose,
+    rotation_from_vector,
+)
+from intent_perception.objects.database import ObjectDatabase
 
 MODELS = ObjectDatabase.load()
 T_CAMERA_TABLE = inverse(look_at([0.0, -0.75, 0.55], [0.0, 0.0, 0.05]))

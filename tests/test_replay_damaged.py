@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tests.bag_runs import folders, replay
 
-from intent_perception.bags import read_frames
-from intent_perception.camera import RgbdFrame
-from intent_perception.objects import ObjectDatabase
+from intent_perception.bags.bag_files import read_frames
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.objects.database import ObjectDatabase
 
 pytestmark = pytest.mark.slow
 

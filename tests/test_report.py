@@ -11,7 +11,7 @@ from tests import demo_records
 
 from intent_imitation.record import moments, result
 from intent_imitation.report import write_report
-from intent_perception.objects import ObjectDatabase
+from intent_perception.objects.database import ObjectDatabase
 
 KEYS = {
     "bag", "stable_grasp_stamp", "posterior", "best_task", "true_task", "chosen_object", "grasp",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from intent_perception.sensor import KinectNoise, observe
+from intent_perception.workshop.scenes.sensor_noise import KinectNoise, observe
 
 COLOR = np.full((200, 300, 3), 120, np.uint8)
 

@@ -6,8 +6,8 @@ import pytest
 from intent_inference.evaluation.shown import SHOWN, TIMES, stretched
 from intent_inference.make_demonstrations import enough
 from intent_inference.simulation.labels import TASKS
-from intent_perception.objects import ObjectDatabase
-from intent_perception.parametric import MAKERS
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.workshop.things.object_catalogue import MAKERS
 
 
 @pytest.mark.parametrize("model_class", list(SHOWN))

@@ -16,8 +16,8 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.simulated_grasp import load_grasps, save_grasps
 from intent_inference.simulation.stability import ShakeConfig, ShakeTest
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.geometry import pose_from_vector
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.transforms import pose_from_vector
+from intent_perception.objects.database import ObjectDatabase
 
 
 @pytest.fixture(scope="module")

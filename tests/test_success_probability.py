@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from intent_perception.candidates import Drafter
-from intent_perception.detection import Detector, DetectorConfig
-from intent_perception.hypotheses import pair_iterations
-from intent_perception.matching import FOUND, pose_error, surface_points
-from intent_perception.model_library import ModelLibrary
-from intent_perception.objects import ObjectDatabase
-from intent_perception.scene_view import SceneView
-from intent_perception.segmentation import segment
-from intent_perception.tabletop import tabletop_scene
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.candidates import Drafter
+from intent_perception.recognition.detection import Detector, DetectorConfig
+from intent_perception.recognition.proposal.model_library import ModelLibrary
+from intent_perception.recognition.proposal.pair_hypotheses import pair_iterations
+from intent_perception.scene.scene_view import SceneView
+from intent_perception.scene.segmentation import segment
+from intent_perception.workshop.figures.matching import FOUND, pose_error, surface_points
+from intent_perception.workshop.scenes.table_scenes import tabletop_scene
 
 NAMES = ("bottle_0", "glass_0", "mug_0", "knife_0", "hammer_0", "screwdriver_0")
 

@@ -11,7 +11,7 @@ from tests.hand_images import (
     whole_cost,
 )
 
-from intent_perception.objects import ObjectDatabase
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.hand import HandModel
 from intent_tracking.hand_kernel import hand_arrays, new_hand_buffers, place_hand
 from intent_tracking.inverse_depth import PADDING, draw_capsule, draw_meshes, mesh_arrays

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from intent_perception.arm import ArmConfig, arm_pixels
-from intent_perception.camera import KINECT, RgbdFrame
-from intent_perception.geometry import inverse, look_at, transform_points
-from intent_perception.mesh import Mesh, convex_hull
-from intent_perception.oriented_image import OrientedImage, orient
-from intent_perception.rendering import render
-from intent_perception.table import TablePlane, find_table
+from intent_perception.geometry.camera import KINECT, RgbdFrame
+from intent_perception.geometry.mesh import Mesh, convex_hull
+from intent_perception.geometry.rendering import render
+from intent_perception.geometry.transforms import inverse, look_at, transform_points
+from intent_perception.scene.arm_pixels import ArmConfig, arm_pixels
+from intent_perception.scene.oriented_image import OrientedImage, orient
+from intent_perception.scene.table_plane import TablePlane, find_table
 
 EYE = np.array([0.1, -0.7, 0.55])
 T_WORLD_CAMERA = look_at(EYE, np.array([0.0, 0.0, 0.05]), np.array([0.0, 0.0, 1.0]))

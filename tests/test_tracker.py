@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from intent_perception.camera import KINECT, RgbdFrame
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_perception.geometry.camera import KINECT, RgbdFrame
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.benchmark_real import data_folder, real_fit
 from intent_tracking.benchmark_views import jittered, started, view_sequence
 from intent_tracking.recording import follow

@@ -10,7 +10,7 @@ pytest.importorskip("intent_msgs", reason="run scripts/test.sh: it sources the w
 import rclpy
 from tests.ros.harness import Graph, Probe
 
-from intent_perception.ros_domain import private_domain
+from intent_perception.ros.ros_domain import private_domain
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

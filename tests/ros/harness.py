@@ -17,10 +17,10 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 
-from intent_perception.bags import BagWriter, read_frames
-from intent_perception.camera import RgbdFrame
-from intent_perception.convert import header_at
-from intent_perception.ros import LATCHED
+from intent_perception.bags.bag_files import BagWriter, read_frames
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.ros.convert import header_at
+from intent_perception.ros.node import LATCHED
 
 CAMERA_FRAME = "camera_color_optical_frame"
 SECOND = 1_000_000_000

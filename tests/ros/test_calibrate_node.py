@@ -8,9 +8,9 @@ import pytest
 from tests.ros.harness import CAMERA_FRAME, Graph, Probe, ros_arguments
 from tf2_msgs.msg import TFMessage
 
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognizer_node import calibration
-from intent_perception.tabletop import tabletop_scene
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.ros.recognizer_node import calibration
+from intent_perception.workshop.scenes.table_scenes import tabletop_scene
 
 pytestmark = pytest.mark.slow
 

@@ -9,10 +9,15 @@ from intent_imitation.convert import plan_from_msg, plan_to_msg
 from intent_imitation.plan import GraspCandidate, GraspPlan, ObjectChoice
 from intent_inference.convert import posterior_from_msg, posterior_to_msg
 from intent_inference.intention import Contribution, TaskPosterior
-from intent_perception.convert import objects_from_msg, objects_to_msg, pose_from_msg, pose_to_msg
-from intent_perception.geometry import make_pose, rotation_from_vector
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
+from intent_perception.ros.convert import (
+    objects_from_msg,
+    objects_to_msg,
+    pose_from_msg,
+    pose_to_msg,
+)
 from intent_tracking.convert import grasp_from_msg, grasp_to_msg, state_from_msg, state_to_msg
 from intent_tracking.features import GraspFeatures
 from intent_tracking.grasp import StableGrasp

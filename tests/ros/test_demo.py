@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from tests.ros.harness import shipped_bag
 
-from intent_perception.bags import transcode
+from intent_perception.bags.bag_files import transcode
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 FORMATS = ("16UC1", "32FC1", "compressedDepth")

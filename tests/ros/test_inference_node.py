@@ -10,7 +10,7 @@ from tests.ros.harness import Graph, Probe
 
 from intent_inference.convert import posterior_from_msg
 from intent_inference.learning.fitting import Recipe, TrainingConfig, train
-from intent_perception.ros import LATCHED
+from intent_perception.ros.node import LATCHED
 from intent_tracking.convert import grasp_to_msg
 from intent_tracking.features import GraspFeatures
 from intent_tracking.grasp import StableGrasp as Grasp

@@ -9,9 +9,9 @@ import rclpy
 from intent_msgs.msg import RecognizedObjects, SceneState
 from tests.ros.harness import Graph, Probe, cut_bag, shipped_bag
 
-from intent_perception.bags import read_frames, transcode
-from intent_perception.frames import stamp_of
-from intent_perception.ros import RESULTS
+from intent_perception.bags.bag_files import read_frames, transcode
+from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.ros.node import RESULTS
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 LOCKSTEP = ROOT / "src" / "intent_imitation" / "config" / "lockstep.yaml"

@@ -9,11 +9,11 @@ import pytest
 from intent_msgs.msg import RecognizedObjects
 from tests.ros.harness import SECOND, Graph, Probe, ros_arguments
 
-from intent_perception.camera import RgbdFrame
-from intent_perception.convert import objects_from_msg
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognizer_node import RecognizerNode
-from intent_perception.tabletop import tabletop_scene
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.ros.convert import objects_from_msg
+from intent_perception.ros.recognizer_node import RecognizerNode
+from intent_perception.workshop.scenes.table_scenes import tabletop_scene
 
 PERIOD = SECOND // 30
 

@@ -11,9 +11,9 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 from tests.ros.harness import SECOND, Graph, Probe
 
-from intent_perception.bags import BagWriter
-from intent_perception.camera import Camera, RgbdFrame
-from intent_perception.frames import stamp_of
+from intent_perception.bags.bag_files import BagWriter
+from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.geometry.camera import Camera, RgbdFrame
 
 COLOR, INFO = "/rgb/image_rect_color", "/rgb/camera_info"
 COUNT, PERIOD = 4, SECOND // 10

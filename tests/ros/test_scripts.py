@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from tests.ros.harness import shipped_bag
 
-from intent_perception.bags import BagWriter
+from intent_perception.bags.bag_files import BagWriter
 
 SCRIPTS = Path(__file__).resolve().parent.parent.parent / "scripts"
 

@@ -21,7 +21,7 @@ from intent_imitation.library import GraspLibrary
 from intent_imitation.trials import TASKS, Laboratory, Trial, run_trial
 from intent_inference.model import TaskModel
 from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_perception.objects import ObjectDatabase
+from intent_perception.objects.database import ObjectDatabase
 
 _TABLES, _FEW = 200, 24
 _REPORTED = 20

@@ -19,8 +19,8 @@ from intent_imitation.library import SHARE, Array, GraspLibrary, GraspSet, grasp
 from intent_inference.simulation.dataset import without_duplicates
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.simulated_grasp import SimulatedGrasp, load_grasps
-from intent_perception.objects import ObjectDatabase, ObjectModel
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.objects.database import ObjectDatabase, ObjectModel
 from intent_tracking.features import ObjectGeometry
 
 _SHIFT, _TURN = 0.03, 0.5

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
 from intent_tracking.joint_table import Array, link_poses
 
 _RETREATS = (0.16, 0.11, 0.07, 0.035, 0.0)

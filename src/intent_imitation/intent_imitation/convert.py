@@ -8,7 +8,8 @@ from intent_msgs import msg as msgs
 from sensor_msgs.msg import JointState
 
 from intent_imitation.plan import Array, GraspCandidate, GraspPlan, ObjectChoice
-from intent_perception.convert import (
+from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.ros.convert import (
     TABLE_FRAME,
     header_at,
     pose_from_msg,
@@ -16,7 +17,6 @@ from intent_perception.convert import (
     vector_from_msg,
     vector_to_msg,
 )
-from intent_perception.frames import stamp_of
 
 
 def plan_to_msg(plan: GraspPlan, frame: str = TABLE_FRAME) -> Any:

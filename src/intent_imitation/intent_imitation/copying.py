@@ -11,7 +11,7 @@ from intent_inference.simulation.autograsp import close_hand
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.hypotheses import Hypothesis
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.geometry import make_pose
+from intent_perception.geometry.transforms import make_pose
 
 _HUMAN_CENTER = np.array([0.085, 0.0, 0.035])
 """Where a human hand holds things, in `hand_wrist` [m]."""

@@ -26,9 +26,9 @@ from intent_imitation.trials import DATA
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.labels import label_grasp
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.camera import Camera
-from intent_perception.geometry import look_at, make_pose, rotation_from_vector
-from intent_perception.objects import CLUTTER, ObjectDatabase, ObjectModel
+from intent_perception.geometry.camera import Camera
+from intent_perception.geometry.transforms import look_at, make_pose, rotation_from_vector
+from intent_perception.objects.database import CLUTTER, ObjectDatabase, ObjectModel
 
 _SKIN = (0.91, 0.72, 0.60)
 _TABLE_CAMERA = Camera(1216, 460, 1150.0, 1150.0, 607.5, 229.5)

@@ -13,11 +13,11 @@ import numpy as np
 from intent_imitation.plan import GraspPlan
 from intent_imitation.record import DemoRecord, DemoTruth, moments, result
 from intent_inference.intention import TaskPosterior
-from intent_perception.bags import read_frames
-from intent_perception.camera import RgbdFrame
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObjects
-from intent_perception.replay import bundles
+from intent_perception.bags.bag_files import read_frames
+from intent_perception.bags.playback import bundles
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.grasp import StableGrasp
 from intent_tracking.scene import SceneState
 

@@ -23,9 +23,9 @@ from intent_imitation.demo import (
 )
 from intent_imitation.report import write_report
 from intent_inference.convert import posterior_from_msg
-from intent_perception.convert import objects_from_msg
-from intent_perception.frames import stamp_of
-from intent_perception.ros import LATCHED, RESULTS
+from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.ros.convert import objects_from_msg
+from intent_perception.ros.node import LATCHED, RESULTS
 from intent_tracking.convert import grasp_from_msg, state_from_msg
 
 _NODES = ("tracker", "grasp_detector", "inference")

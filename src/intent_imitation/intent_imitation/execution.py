@@ -17,14 +17,14 @@ from intent_imitation.plan import Array, GraspCandidate
 from intent_inference.simulation.contacts import PAD, Contacts
 from intent_inference.simulation.grasping_hand import GraspingHand, Preshape
 from intent_inference.simulation.urdf import urdf_text
-from intent_perception.geometry import (
+from intent_perception.geometry.transforms import (
     inverse,
     make_pose,
     quaternion_from_rotation,
     rotation_angle,
     rotation_from_quaternion,
 )
-from intent_perception.objects import ObjectModel
+from intent_perception.objects.database import ObjectModel
 
 
 @dataclass(frozen=True)

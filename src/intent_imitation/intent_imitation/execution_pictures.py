@@ -11,9 +11,9 @@ from intent_imitation.panels import MARKED_COLOR, OBJECT_COLORS, mosaic
 from intent_imitation.pictures import Body, Image, Tag, annotate, studio
 from intent_imitation.plan import Array
 from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_perception.camera import Camera
-from intent_perception.geometry import look_at
-from intent_perception.objects import ObjectModel
+from intent_perception.geometry.camera import Camera
+from intent_perception.geometry.transforms import look_at
+from intent_perception.objects.database import ObjectModel
 
 STRIP_CAMERA = Camera(400, 460, 620.0, 620.0, 199.5, 229.5)
 _GOOD, _BAD = (0.10, 0.65, 0.35), (0.85, 0.25, 0.20)

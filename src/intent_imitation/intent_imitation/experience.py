@@ -13,7 +13,7 @@ from intent_imitation.planner import PlannerConfig
 from intent_imitation.scenes import Scene
 from intent_inference.simulation.dataset import poses_of_rows, read_rows
 from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
 
 _UPRIGHT = 0.5
 """A vessel pours only if its opening points up: cosine of 60 degrees."""

@@ -12,8 +12,8 @@ import numpy as np
 from intent_imitation.hand_mesh import capsule_mesh, hand_mesh
 from intent_imitation.pictures import Body, Image, Tag, annotate, studio, write_image
 from intent_inference.simulation.schunk import schunk_hand
-from intent_perception.camera import Camera
-from intent_perception.geometry import Array, inverse, look_at, transform_points
+from intent_perception.geometry.camera import Camera
+from intent_perception.geometry.transforms import Array, inverse, look_at, transform_points
 from intent_tracking.hand import HandModel
 from intent_tracking.joint_table import JointTable
 

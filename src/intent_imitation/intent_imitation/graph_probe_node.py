@@ -29,12 +29,12 @@ from std_msgs.msg import Header
 from intent_imitation.scenes import FITTING, SceneMaker, merged
 from intent_inference.convert import posterior_to_msg
 from intent_inference.intention import TaskPosterior
-from intent_perception.convert import objects_to_msg
-from intent_perception.frames import stamp_of
-from intent_perception.objects import CLUTTER, ObjectDatabase
-from intent_perception.recognition import RecognizedObjects
-from intent_perception.ros import LATCHED
-from intent_perception.ros_domain import private_domain
+from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.objects.database import CLUTTER, ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObjects
+from intent_perception.ros.convert import objects_to_msg
+from intent_perception.ros.node import LATCHED
+from intent_perception.ros.ros_domain import private_domain
 
 _NODES = (
     ("intent_perception", "recognizer"),

@@ -9,10 +9,10 @@ from intent_imitation.pictures import Body, Image, Tag, annotate, shaded, studio
 from intent_imitation.plan import GraspCandidate, GraspPlan
 from intent_imitation.record import DemoRecord
 from intent_inference.simulation.schunk import schunk_hand
-from intent_perception.camera import Camera
-from intent_perception.geometry import Array, look_at
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_perception.geometry.camera import Camera
+from intent_perception.geometry.transforms import Array, look_at
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 
 ROBOT_COLOR = (0.52, 0.56, 0.62)
 _VIEWS = np.radians([115.0, -115.0, 75.0, -75.0, 150.0, -150.0, 40.0, -40.0])

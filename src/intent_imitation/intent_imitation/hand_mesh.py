@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from intent_perception.mesh import Mesh, merge_meshes
+from intent_perception.geometry.mesh import Mesh, merge_meshes
 from intent_tracking.joint_table import Array, JointTable, link_poses, placed_capsules
 
 _AROUND = 20

@@ -11,9 +11,9 @@ from intent_inference.features import Features
 from intent_inference.simulation.candidates import CandidateSource
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.geometry import quaternion_from_rotation
-from intent_perception.objects import ObjectDatabase, ObjectModel
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.geometry.transforms import quaternion_from_rotation
+from intent_perception.objects.database import ObjectDatabase, ObjectModel
 from intent_tracking.features import palm_center
 
 

@@ -21,8 +21,8 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.stability import ShakeTest
 from intent_inference.simulation.task_object import TaskObject
 from intent_inference.variables import coordinates_of
-from intent_perception.geometry import make_pose, rotation_from_quaternion
-from intent_perception.objects import ObjectModel
+from intent_perception.geometry.transforms import make_pose, rotation_from_quaternion
+from intent_perception.objects.database import ObjectModel
 from intent_tracking.features import palm_center
 
 METHODS = ("component", "expected")

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_imitation.plan import Array
-from intent_perception.objects import ObjectModel
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.objects.database import ObjectModel
 
 _BANDS = 8
 """Horizontal slices of an object."""

@@ -5,7 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_imitation.plan import Array, GraspCandidate
-from intent_perception.geometry import make_pose, rotation_from_vector, vector_from_rotation
+from intent_perception.geometry.transforms import (
+    make_pose,
+    rotation_from_vector,
+    vector_from_rotation,
+)
 
 _UP = np.array([0.0, 0.0, 1.0])
 

@@ -16,10 +16,10 @@ from intent_imitation.pictures import (
     window_around,
 )
 from intent_imitation.record import DemoRecord, moments
-from intent_perception.camera import Camera, RgbdFrame
-from intent_perception.geometry import Array, inverse, transform_points
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObjects
+from intent_perception.geometry.camera import Camera, RgbdFrame
+from intent_perception.geometry.transforms import Array, inverse, transform_points
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.scene import SceneState
 
 OBJECT_COLORS = (

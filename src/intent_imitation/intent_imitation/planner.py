@@ -23,9 +23,9 @@ from intent_imitation.preconditions import fits_pose
 from intent_inference.intention import TaskPosterior
 from intent_inference.model import TaskModel
 from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 
 __all__ = ["GraspCandidate", "GraspPlan", "GraspPlanner", "ObjectChoice", "PlannerConfig"]
 

@@ -29,7 +29,7 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.simulated_grasp import SimulatedGrasp, load_grasps, save_grasps
 from intent_inference.simulation.stability import ShakeTest
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.objects import ObjectDatabase, ObjectModel
+from intent_perception.objects.database import ObjectDatabase, ObjectModel
 
 _TRIES = 700
 """Hypotheses tried for each rest of an object."""

@@ -8,8 +8,8 @@ The paper is silent about it; its robot met only objects that stood as they shou
 import numpy as np
 
 from intent_imitation.plan import Array
-from intent_perception.objects import ObjectModel
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.objects.database import ObjectModel
 
 UPRIGHT_TASKS = ("pouring",)
 """Tasks that need what is in the object: it must be a vessel and stand with its opening up."""

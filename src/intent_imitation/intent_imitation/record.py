@@ -8,10 +8,10 @@ import numpy as np
 
 from intent_imitation.plan import GraspPlan, ObjectChoice
 from intent_inference.intention import TaskPosterior
-from intent_perception.camera import RgbdFrame
-from intent_perception.geometry import quaternion_from_rotation
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObjects
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.transforms import quaternion_from_rotation
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.grasp import StableGrasp
 from intent_tracking.scene import SceneState
 

@@ -6,9 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_imitation.plan import Array
-from intent_perception.geometry import look_at, make_pose, rotation_from_vector, transform_points
-from intent_perception.objects import ObjectDatabase, ObjectModel
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_perception.geometry.transforms import (
+    look_at,
+    make_pose,
+    rotation_from_vector,
+    transform_points,
+)
+from intent_perception.objects.database import ObjectDatabase, ObjectModel
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 
 FITTING = {
     "hand-over": ("bottle", "glass", "mug", "knife", "hammer", "screwdriver"),

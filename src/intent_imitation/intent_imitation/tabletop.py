@@ -16,8 +16,8 @@ from intent_inference.simulation.contacts import Contacts, gravity_residual, opp
 from intent_inference.simulation.grasping_hand import GraspingHand, Preshape
 from intent_inference.simulation.hypotheses import Hypothesis
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.boxes import Box
-from intent_perception.geometry import inverse, make_pose, rotation_from_vector
+from intent_perception.geometry.boxes import Box
+from intent_perception.geometry.transforms import inverse, make_pose, rotation_from_vector
 
 _CLOSING = np.linspace(0.0, 1.2, 9)  # how far the fastest joint may close [rad]
 

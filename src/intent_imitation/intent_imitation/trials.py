@@ -26,7 +26,7 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.labels import label_grasp
 from intent_inference.simulation.task_object import TaskObject
 from intent_inference.variables import OBJECT_CLASS
-from intent_perception.objects import CLUTTER, ObjectDatabase, ObjectModel
+from intent_perception.objects.database import CLUTTER, ObjectDatabase, ObjectModel
 
 DATA = Path(intent_inference.__file__).parent / "share" / "data"
 TABLES = (DATA / "schunk.csv.gz", SHARE / "tabletop.csv.gz")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 _LARGEST = 30.0
 _SLOPE = 0.1

@@ -6,8 +6,8 @@ import numpy as np
 from intent_msgs import msg as msgs
 
 from intent_inference.intention import Contribution, TaskPosterior
-from intent_perception.convert import header_at
-from intent_perception.frames import stamp_of
+from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.ros.convert import header_at
 
 
 def posterior_to_msg(posterior: TaskPosterior) -> Any:

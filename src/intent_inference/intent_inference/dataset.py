@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from intent_inference.features import Features, select_rows
 from intent_inference.variables import OBJECT_CLASS, VARIABLES
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 _SUFFIXES = {"dir": ("x", "y", "z", "w")}
 _SCALARS = ("conv", "fvol")

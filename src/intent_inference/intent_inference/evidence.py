@@ -18,7 +18,7 @@ from intent_inference.evidence_kernel import (
 from intent_inference.features import Features, count_rows
 from intent_inference.learning.quantisation import Quantiser
 from intent_inference.variables import OBJECT_CLASS
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 _KINDS = {"size": LOGARITHM, "gbvl": LOGARITHM, "dir": ROTATION, "npos": DIRECTION}
 

@@ -11,8 +11,8 @@ from intent_inference.junction_tree import junction_tree_log_odds
 from intent_inference.model import TaskModel
 from intent_inference.reach import ReachConfig, ReachFilter
 from intent_inference.variables import OBJECT_CLASS
-from intent_perception.geometry import Array
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.transforms import Array
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.grasp import StableGrasp
 from intent_tracking.scene import SceneState
 

@@ -6,7 +6,7 @@ from intent_inference.evidence import Evidence
 from intent_inference.learning.structure import TASK
 from intent_inference.model import TaskModel
 from intent_inference.network import DiscreteNetwork
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 
 def junction_tree_posterior(network: DiscreteNetwork, target: str, likelihoods: Array) -> Array:

@@ -14,7 +14,7 @@ from intent_inference.learning.quantisation import Quantiser
 from intent_inference.learning.structure import TASK, Parents
 from intent_inference.network import DiscreteNetwork, Schedule, compile_networks
 from intent_inference.variables import ACTION, OBJECT, OBJECT_CLASS
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 _SURE = 1e-12
 

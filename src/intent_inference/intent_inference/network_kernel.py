@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]

@@ -13,13 +13,13 @@ import numpy as np
 from intent_inference.evidence import Evidence
 from intent_inference.features import Features, stack_features
 from intent_inference.model import TaskModel
-from intent_perception.geometry import (
+from intent_perception.geometry.transforms import (
     Array,
     inverse,
     quaternion_from_rotation,
     transform_points,
 )
-from intent_perception.objects import ObjectDatabase
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.features import GraspFeatures, ObjectGeometry, as_right_hand, palm_center
 from intent_tracking.hand import HandModel, Side
 from intent_tracking.scene import HAND_SIZE, SceneState

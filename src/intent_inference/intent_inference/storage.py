@@ -14,7 +14,7 @@ from intent_inference.learning.mixture import GaussianMixture
 from intent_inference.learning.parameters import DirichletPrior
 from intent_inference.learning.quantisation import Quantiser, Standardisation
 from intent_inference.model import Member, TaskModel, TaskNetworks
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 SCHEMA = 1
 _HEADER = "header"

@@ -10,7 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry import Array, quaternion_from_rotation, rotation_from_quaternion
+from intent_perception.geometry.transforms import (
+    Array,
+    quaternion_from_rotation,
+    rotation_from_quaternion,
+)
 
 OBJECT_CLASS = "obcl"
 OBJECT = ("obcl", "size", "conv")

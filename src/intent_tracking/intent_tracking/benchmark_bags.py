@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry import Array, transform_points
-from intent_perception.objects import ObjectDatabase
+from intent_perception.geometry.transforms import Array, transform_points
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.benchmark_views import joint_deviation
 from intent_tracking.recording import Recording, track_bag
 from intent_tracking.scene import SceneState

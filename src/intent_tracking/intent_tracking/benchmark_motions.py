@@ -14,18 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from intent_perception.camera import KINECT, RgbdFrame
-from intent_perception.geometry import (
+from intent_perception.geometry.camera import KINECT, RgbdFrame
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.rendering import render
+from intent_perception.geometry.transforms import (
     Array,
     make_pose,
     rotation_from_vector,
     transform_points,
     vector_from_rotation,
 )
-from intent_perception.mesh import Mesh
-from intent_perception.recognition import RecognizedObjects
-from intent_perception.rendering import render
-from intent_perception.sensor import KinectNoise, observe
+from intent_perception.recognition.recognizer import RecognizedObjects
+from intent_perception.workshop.scenes.sensor_noise import KinectNoise, observe
 from intent_tracking.benchmark_bags import LOST_ERROR
 from intent_tracking.benchmark_views import joint_deviation
 from intent_tracking.demonstrator import in_view

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from intent_perception.geometry import Array, make_pose, rotation_from_vector
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.geometry.transforms import Array, make_pose, rotation_from_vector
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.benchmark_views import OBJECT, jittered
 from intent_tracking.tracker import Tracker, TrackerConfig
 from intent_tracking.views import Thing, mismatched_hand, pour_sequence, rendered_frames

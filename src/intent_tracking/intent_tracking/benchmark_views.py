@@ -6,18 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from intent_perception.camera import RgbdFrame
-from intent_perception.geometry import (
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.geometry.transforms import (
     Array,
     inverse,
     make_pose,
     rotation_from_vector,
     transform_points,
 )
-from intent_perception.model import ObjectModel
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
-from intent_perception.sdf import SignedDistance
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.objects.model import ObjectModel
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.hand import LIMITS, HandModel
 from intent_tracking.scene import SceneState
 from intent_tracking.tracker import Tracker, TrackerConfig

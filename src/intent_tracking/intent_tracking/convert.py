@@ -9,7 +9,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from intent_perception.convert import (
+from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.ros.convert import (
     CAMERA_FRAME,
     HAND_FRAME,
     deletion,
@@ -19,7 +20,6 @@ from intent_perception.convert import (
     pose_to_msg,
     transforms_to_msg,
 )
-from intent_perception.frames import stamp_of
 from intent_tracking.features import GraspFeatures
 from intent_tracking.grasp import StableGrasp
 from intent_tracking.hand import JOINT_NAMES

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.camera import Camera, RgbdFrame
-from intent_perception.geometry import Array, inverse, look_at, transform_points
-from intent_perception.mesh import Mesh
-from intent_perception.objects import ObjectModel
-from intent_perception.rendering import render, visible_pixels
-from intent_perception.sensor import KinectNoise, observe
+from intent_perception.geometry.camera import Camera, RgbdFrame
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.rendering import render, visible_pixels
+from intent_perception.geometry.transforms import Array, inverse, look_at, transform_points
+from intent_perception.objects.database import ObjectModel
+from intent_perception.workshop.scenes.sensor_noise import KinectNoise, observe
 from intent_tracking.demonstrator_picture import Light, Picture, picture, sample_light
 from intent_tracking.demonstrator_room import Clothes, Piece, sample_clothes, sample_room
 from intent_tracking.demonstrator_script import Script

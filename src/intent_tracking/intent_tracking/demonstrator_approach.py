@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from intent_perception.geometry import Array, rotation_from_vector
-from intent_perception.objects import ObjectModel
+from intent_perception.geometry.transforms import Array, rotation_from_vector
+from intent_perception.objects.database import ObjectModel
 from intent_tracking.demonstrator_grasp import Approach
 
 

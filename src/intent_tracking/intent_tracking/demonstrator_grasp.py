@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from intent_perception.geometry import Array, make_pose, transform_points
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.geometry.transforms import Array, make_pose, transform_points
 from intent_tracking.demonstrator_hand import LOWER, PALM, UPPER
 from intent_tracking.demonstrator_skin import Skin
 

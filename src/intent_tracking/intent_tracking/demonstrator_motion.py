@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from intent_perception.geometry import (
+from intent_perception.geometry.transforms import (
     Array,
     inverse,
     make_pose,

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.camera import Camera
-from intent_perception.geometry import Array, inverse, look_at
-from intent_perception.rendering import render
+from intent_perception.geometry.camera import Camera
+from intent_perception.geometry.rendering import render
+from intent_perception.geometry.transforms import Array, inverse, look_at
 from intent_tracking.demonstrator_room import Piece
 from intent_tracking.demonstrator_shading import shaded
 

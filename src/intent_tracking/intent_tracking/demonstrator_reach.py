@@ -9,8 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from intent_perception.geometry import Array, make_pose, rotation_from_vector, transform_points
-from intent_perception.objects import ObjectModel
+from intent_perception.geometry.transforms import (
+    Array,
+    make_pose,
+    rotation_from_vector,
+    transform_points,
+)
+from intent_perception.objects.database import ObjectModel
 from intent_tracking.demonstrator_approach import approaches, leaves_function_free
 from intent_tracking.demonstrator_arm import Body
 from intent_tracking.demonstrator_grasp import OPEN, Grasp, Taker

@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from intent_perception.geometry import Array, inverse, make_pose, rotation_from_vector
-from intent_perception.objects import ObjectModel
+from intent_perception.geometry.transforms import Array, inverse, make_pose, rotation_from_vector
+from intent_perception.objects.database import ObjectModel
 from intent_tracking.demonstrator_arm import Body
 from intent_tracking.demonstrator_grasp import OPEN, Grasp, Taker
 from intent_tracking.demonstrator_motion import Choreography, Motion, mirrored

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 
-from intent_perception.geometry import (
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.transforms import (
     Array,
     inverse,
     quaternion_from_rotation,
 )
-from intent_perception.mesh import Mesh
 from intent_tracking.demonstrator_hand import FOREARM, PALM, PARENT, DemonstratorHand
 from intent_tracking.demonstrator_surface import RoundCones, smooth_union, surface_mesh
 

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.ndimage import binary_fill_holes, distance_transform_edt
 
-from intent_perception.objects import ObjectModel
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.objects.database import ObjectModel
 
 
 def graspable(model: ObjectModel, spacing: float = 0.002) -> SignedDistance:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry import Array, make_pose, rotation_from_vector
+from intent_perception.geometry.transforms import Array, make_pose, rotation_from_vector
 from intent_tracking.demonstrator_arm import Body
 from intent_tracking.demonstrator_grasp import Taker
 from intent_tracking.demonstrator_motion import Choreography

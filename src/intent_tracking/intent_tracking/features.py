@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from intent_perception.boxes import Box, decompose
-from intent_perception.geometry import quaternion_from_rotation, transform_points
-from intent_perception.objects import ObjectModel
+from intent_perception.geometry.boxes import Box, decompose
+from intent_perception.geometry.transforms import quaternion_from_rotation, transform_points
+from intent_perception.objects.database import ObjectModel
 from intent_tracking.joint_table import Array, JointTable, link_poses
 
 _SAMPLES = 2000

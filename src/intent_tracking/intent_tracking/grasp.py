@@ -10,14 +10,14 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry import (
+from intent_perception.geometry.transforms import (
     inverse,
     make_pose,
     rotation_angle,
     rotation_from_vector,
     transform_points,
 )
-from intent_perception.objects import ObjectDatabase
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.features import (
     GraspFeatures,
     ObjectGeometry,

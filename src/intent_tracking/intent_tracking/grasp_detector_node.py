@@ -4,7 +4,14 @@ from typing import Any
 
 from intent_msgs.msg import SceneState, StableGrasp
 
-from intent_perception.ros import LATCHED, RESULTS, IntentNode, declared, declared_database, run
+from intent_perception.ros.node import (
+    LATCHED,
+    RESULTS,
+    IntentNode,
+    declared,
+    declared_database,
+    run,
+)
 from intent_tracking.convert import grasp_to_msg, state_from_msg
 from intent_tracking.grasp import GraspConfig, GraspDetector
 

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.camera import RgbdFrame
-from intent_perception.geometry import Array
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.transforms import Array
 from intent_tracking.appearance import (
     BACKGROUND,
     HAND,

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from intent_perception.geometry import rotation_between
+from intent_perception.geometry.transforms import rotation_between
 from intent_tracking.hand import HandModel
 
 Single = NDArray[np.float32]

@@ -17,7 +17,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 from intent_tracking.body_state import BodyState
 from intent_tracking.evidence import Evidence, Weights
 from intent_tracking.hand import SHAPE_SIZE, HandModel, Side

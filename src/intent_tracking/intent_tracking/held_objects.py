@@ -6,7 +6,7 @@ the image: moved with the hand, and left where it was.
 
 import numpy as np
 
-from intent_perception.geometry import Array, inverse, rotation_angle
+from intent_perception.geometry.transforms import Array, inverse, rotation_angle
 from intent_tracking.body_state import BodyState
 from intent_tracking.hand_kernel import HandBuffers, place_hand
 from intent_tracking.labelling import OF_OBJECT

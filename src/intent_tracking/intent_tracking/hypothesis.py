@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 from intent_tracking.hand import Side
 from intent_tracking.object_life import ObjectLife
 from intent_tracking.scene_track import Fit, SceneTrack

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry import Array, rotation_between, rotation_from_vector
+from intent_perception.geometry.transforms import Array, rotation_between, rotation_from_vector
 from intent_tracking.body_state import BodyState
 from intent_tracking.evidence import Evidence, Prior, Weights
 from intent_tracking.finger_sweep import sweep_fingers

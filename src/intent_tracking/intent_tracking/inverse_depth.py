@@ -16,7 +16,7 @@ from numba import njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 from intent_tracking.hand_kernel import JIT, Single
 from intent_tracking.raster import FAR, NEAR, capsule_sides, capsule_window
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 from intent_tracking.appearance import BACKGROUND, FIRST_OBJECT, HAND, AppearanceModel, color_bins
 from intent_tracking.evidence import Evidence
 from intent_tracking.hand_kernel import HandArrays, HandBuffers, Single, nearest_capsule

@@ -8,10 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from intent_perception.geometry import Array
-from intent_perception.mesh import Mesh
-from intent_perception.model import ObjectModel
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.geometry.transforms import Array
+from intent_perception.objects.model import ObjectModel
 from intent_tracking.hand_kernel import JIT, Single
 
 SURFACE_SAMPLES = 96

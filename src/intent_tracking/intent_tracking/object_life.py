@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry import (
+from intent_perception.geometry.transforms import (
     Array,
     make_pose,
     rotation_angle,

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 from intent_tracking.hand_kernel import Single
 
 SHIPPED = Path(__file__).parent / "share" / "posture.npz"

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from intent_perception.bags import read_frames
-from intent_perception.camera import RgbdFrame
-from intent_perception.geometry import Array, inverse
-from intent_perception.model import ObjectModel
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObjects, Recognizer
+from intent_perception.bags.bag_files import read_frames
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.transforms import Array, inverse
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.objects.model import ObjectModel
+from intent_perception.recognition.recognizer import RecognizedObjects, Recognizer
 from intent_tracking.scene import SceneState
 from intent_tracking.tracker import Tracker, TrackerConfig
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry import Array, inverse, pose_from_vector
+from intent_perception.geometry.transforms import Array, inverse, pose_from_vector
 from intent_tracking.hand import HandModel, Side
 
 HAND_SIZE = 26

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from intent_perception.camera import RgbdFrame
-from intent_perception.geometry import Array
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.transforms import Array
 from intent_tracking.appearance import HAND, AppearanceModel
 from intent_tracking.body_state import BodyState, predicted
 from intent_tracking.evidence import Evidence, Prior

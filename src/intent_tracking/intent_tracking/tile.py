@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.camera import Camera, RgbdFrame
-from intent_perception.geometry import Array
+from intent_perception.geometry.camera import Camera, RgbdFrame
+from intent_perception.geometry.transforms import Array
 from intent_tracking.hand_kernel import Single
 
 OUT_OF_RANGE = np.float32(10.0)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from intent_perception.objects import ObjectDatabase
+from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.hand_shape import HandShapeConfig, save_shape
 from intent_tracking.recording import track_bag
 from intent_tracking.tracker import TrackerConfig

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from intent_perception.camera import RgbdFrame
-from intent_perception.geometry import Array, inverse
-from intent_perception.model import ObjectModel
-from intent_perception.recognition import RecognizedObjects
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.transforms import Array, inverse
+from intent_perception.objects.model import ObjectModel
+from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.appearance import BACKGROUND, FIRST_OBJECT, AppearanceModel, color_bins
 from intent_tracking.body_state import BodyState, start_state
 from intent_tracking.hand import HandModel, Side

@@ -7,10 +7,10 @@ from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from intent_perception.camera import RgbdFrame
-from intent_perception.convert import deletion, header_at, object_markers, objects_from_msg
-from intent_perception.frames import stamp_of
-from intent_perception.ros import (
+from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.ros.convert import deletion, header_at, object_markers, objects_from_msg
+from intent_perception.ros.node import (
     LATCHED,
     RESULTS,
     FrameSubscription,

@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 from intent_tracking.scene import HAND_SIZE, OBJECT_SIZE
 from intent_tracking.scene_track import Fit
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from intent_inference.features import Features, is_observed, select_variables
 from intent_inference.variables import OBJECT_CLASS, coordinates_of
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 
 def class_only(train: Features, labels: Array, test: Features) -> Array:

@@ -21,7 +21,7 @@ from intent_inference.intention import InferenceConfig, least_deviations
 from intent_inference.model import TaskModel
 from intent_inference.reach import ReachConfig, filtered, reach_deviations
 from intent_inference.variables import ACTION, OBJECT, OBJECT_CLASS
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 _DRAWS = 500
 

@@ -16,7 +16,7 @@ from intent_inference.learning.fitting import Recipe, TrainingConfig, balancing_
 from intent_inference.learning.parameters import DirichletPrior
 from intent_inference.model import TaskModel
 from intent_inference.variables import OBJECT_CLASS, split_observed
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 Rows = NDArray[np.int64]
 

@@ -17,11 +17,11 @@ from intent_inference.simulation.contacts import Contacts
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.labels import TASKS, label_grasp
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.draft import Draft, finish
-from intent_perception.geometry import Array
-from intent_perception.mesh import Mesh
-from intent_perception.model import Functions, ObjectModel, Part
-from intent_perception.parametric import MAKERS
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.geometry.transforms import Array
+from intent_perception.objects.model import Functions, ObjectModel, Part
+from intent_perception.workshop.things.designed_object import Draft, finish
+from intent_perception.workshop.things.object_catalogue import MAKERS
 from intent_tracking.demonstrator_arm import Body
 from intent_tracking.demonstrator_grasp import Grasp, Taker
 from intent_tracking.demonstrator_hand import sample_hand

@@ -13,15 +13,15 @@ import numpy as np
 from intent_inference.evaluation.shown import Showing, showing
 from intent_inference.reach import palm_gap, palm_of, reach_features
 from intent_inference.simulation.dataset import Row, feature_cells
-from intent_perception.geometry import (
+from intent_perception.geometry.transforms import (
     Array,
     inverse,
     make_pose,
     rotation_from_vector,
     transform_points,
 )
-from intent_perception.objects import ObjectDatabase
-from intent_perception.recognition import RecognizedObject, RecognizedObjects
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.demonstrator import CAMERA, Set, Shot, film, sample_set
 from intent_tracking.demonstrator_script import Script
 from intent_tracking.features import ObjectGeometry

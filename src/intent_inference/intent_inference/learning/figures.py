@@ -10,7 +10,7 @@ from intent_inference.features import is_observed
 from intent_inference.learning.quantisation import Quantisation, QuantisationConfig, quantise
 from intent_inference.learning.structure import TASK, Parents
 from intent_inference.variables import OBJECT_CLASS
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 if TYPE_CHECKING:
     from intent_inference.model import TaskModel

@@ -20,7 +20,7 @@ from intent_inference.learning.quantisation import (
 from intent_inference.learning.structure import TASK, Assignments, learn_structure
 from intent_inference.model import Member, TaskModel, TaskNetworks
 from intent_inference.variables import OBJECT_CLASS, split_observed
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 Rows = NDArray[np.int64]
 

@@ -14,7 +14,7 @@ from intent_inference.learning.som import (
     fit_map,
 )
 from intent_inference.variables import coordinates_of
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 Mask = NDArray[np.bool_]
 

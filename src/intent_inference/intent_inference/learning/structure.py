@@ -7,7 +7,7 @@ import numpy as np
 
 from intent_inference.learning.parameters import soft_counts
 from intent_inference.learning.quantisation import information_of, mutual_information
-from intent_perception.geometry import Array
+from intent_perception.geometry.transforms import Array
 
 Assignments = dict[str, Array]
 """Variable to (N, K) soft assignment; rows of zeros are unknown. The task is one of them."""

@@ -11,7 +11,7 @@ import numpy as np
 from intent_inference.simulation.closing import measure_spheres, place_spheres, try_grasp
 from intent_inference.simulation.grasping_hand import Floats, GraspingHand
 from intent_inference.simulation.hypotheses import Hypothesis
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
 from intent_tracking.joint_table import Array
 
 

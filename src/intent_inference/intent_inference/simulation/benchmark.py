@@ -14,7 +14,7 @@ from intent_inference.simulation.generation import GraspGenerator
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.labels import TASKS
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.objects import ObjectDatabase
+from intent_perception.objects.database import ObjectDatabase
 
 DATA = Path(__file__).parents[1] / "share" / "data"
 SHAPES = ("bottle", "glass", "mug", "knife", "hammer", "screwdriver")

@@ -8,7 +8,7 @@ import numba as nb
 import numpy as np
 
 from intent_inference.simulation.grasping_hand import Floats, HandArrays
-from intent_perception.sdf import sample
+from intent_perception.geometry.sdf import sample
 
 _TOUCH = 0.0005  # the approach has arrived at this distance [m]
 _PENETRATION = 0.0002  # a finger is stopped this deep [m]

@@ -9,10 +9,10 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.labels import TASKS, label_grasp
 from intent_inference.simulation.simulated_grasp import SimulatedGrasp
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.camera import Camera
-from intent_perception.geometry import inverse, look_at
-from intent_perception.mesh import Mesh, convex_hull, merge_meshes
-from intent_perception.rendering import render
+from intent_perception.geometry.camera import Camera
+from intent_perception.geometry.mesh import Mesh, convex_hull, merge_meshes
+from intent_perception.geometry.rendering import render
+from intent_perception.geometry.transforms import inverse, look_at
 from intent_tracking.joint_table import Array, JointTable, link_poses, placed_capsules
 
 Image = NDArray[np.uint8]

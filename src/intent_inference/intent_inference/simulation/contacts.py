@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from intent_inference.simulation.grasping_hand import Floats, GraspingHand
-from intent_perception.geometry import transform_points
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.geometry.transforms import transform_points
 from intent_tracking.joint_table import Array
 
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])

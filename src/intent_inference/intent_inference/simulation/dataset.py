@@ -13,7 +13,7 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.labels import TASKS, TaskLabel, label_grasp
 from intent_inference.simulation.simulated_grasp import SimulatedGrasp
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.geometry import quaternion_from_rotation, rotation_from_quaternion
+from intent_perception.geometry.transforms import quaternion_from_rotation, rotation_from_quaternion
 from intent_tracking.features import GraspFeatures, grasp_features
 from intent_tracking.joint_table import Array
 

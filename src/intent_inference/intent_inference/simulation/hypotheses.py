@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_inference.simulation.grasping_hand import GraspingHand, Preshape
-from intent_perception.boxes import Box
-from intent_perception.geometry import rotation_from_vector
+from intent_perception.geometry.boxes import Box
+from intent_perception.geometry.transforms import rotation_from_vector
 from intent_tracking.joint_table import Array
 
 _FREE = 0.004

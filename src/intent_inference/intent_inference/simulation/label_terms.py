@@ -13,8 +13,8 @@ from intent_inference.simulation.contacts import Contacts, finger_of_links, hold
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.receivers import ReceiverBank
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.geometry import rotation_from_vector
-from intent_perception.objects import Functions
+from intent_perception.geometry.transforms import rotation_from_vector
+from intent_perception.objects.database import Functions
 from intent_tracking.features import hand_distances
 from intent_tracking.joint_table import Array
 

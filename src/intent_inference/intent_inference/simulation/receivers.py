@@ -13,7 +13,7 @@ from intent_inference.simulation.contacts import gravity_residual, touching
 from intent_inference.simulation.grasping_hand import Floats, GraspingHand
 from intent_inference.simulation.hypotheses import HypothesisSampler, approaches
 from intent_inference.simulation.task_object import TaskObject
-from intent_perception.geometry import transform_points
+from intent_perception.geometry.transforms import transform_points
 from intent_tracking.joint_table import Array
 
 _COUNT = 120

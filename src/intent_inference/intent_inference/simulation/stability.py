@@ -17,9 +17,14 @@ from intent_inference.simulation.autograsp import ClosedGrasp
 from intent_inference.simulation.contacts import PAD, Contacts
 from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.urdf import urdf_text
-from intent_perception.geometry import inverse, make_pose, rotation_angle, rotation_from_quaternion
-from intent_perception.geometry import quaternion_from_rotation as quaternion
-from intent_perception.objects import ObjectModel
+from intent_perception.geometry.transforms import (
+    inverse,
+    make_pose,
+    rotation_angle,
+    rotation_from_quaternion,
+)
+from intent_perception.geometry.transforms import quaternion_from_rotation as quaternion
+from intent_perception.objects.database import ObjectModel
 from intent_tracking.joint_table import Array
 
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from intent_inference.simulation.contacts import Contacts
-from intent_perception.boxes import Box
-from intent_perception.objects import ObjectModel
-from intent_perception.sdf import SignedDistance
+from intent_perception.geometry.boxes import Box
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.objects.database import ObjectModel
 from intent_tracking.features import ObjectGeometry
 from intent_tracking.joint_table import Array
 

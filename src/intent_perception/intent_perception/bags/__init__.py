@@ -1,0 +1,1 @@
+"""RGB-D frames out of recorded bags and sensor messages, and into them."""

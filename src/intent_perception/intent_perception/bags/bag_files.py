@@ -1,0 +1,303 @@
+"""Bags: RGB-D frames out of a rosbag2 folder, and into one.
+
+Needs no ROS installation. A bag of another set-up is read as it is: its colour, depth and
+camera_info topics are recognised by type and name.
+"""
+
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
+
+from intent_perception.bags.bag_images import (
+    COLOR_TOPIC,
+    COMPRESSED,
+    DEPTH_FORMATS,
+    DEPTH_TOPIC,
+    IMAGE,
+    INFO,
+    INFO_TOPIC,
+    STORE,
+    color_message,
+    depth_message,
+    header_message,
+    info_message,
+)
+from intent_perception.bags.frame_assembly import (
+    NANOSECONDS,
+    FrameSynchroniser,
+    SynchroniserConfig,
+    depth_from,
+)
+from intent_perception.geometry.camera import RgbdFrame
+
+_FOREVER = QosTime(2147483647, 4294967295)
+_QOS = Qos(
+    QosHistory.KEEP_LAST,
+    10,
+    QosReliability.RELIABLE,
+    QosDurability.VOLATILE,
+    _FOREVER,
+    _FOREVER,
+    QosLiveliness.AUTOMATIC,
+    _FOREVER,
+    avoid_ros_namespace_conventions=False,
+)
+
+
+@dataclass(frozen=True)
+class BagMessage:
+    """One message as it is stored."""
+
+    topic: str
+    """Name of the topic it was recorded from."""
+    type: str
+    """ROS type, for instance sensor_msgs/msg/Image."""
+    received: int
+    """Time at which the recorder received it [ns]."""
+    data: bytes
+    """The message in CDR."""
+
+    @property
+    def stamp(self) -> int:
+        """Time in the message's header [ns]; only for types that begin with a header."""
+        order = "<" if self.data[1] & 1 else ">"
+        seconds, nanoseconds = struct.unpack_from(f"{order}iI", self.data, 4)
+        return int(seconds) * NANOSECONDS + int(nanoseconds)
+
+    def decoded(self) -> Any:
+        """Return the message with its fields."""
+        return STORE.deserialize_cdr(self.data, self.type)
+
+
+@dataclass(frozen=True)
+class ImageTopics:
+    """The three topics of a bag that make RGB-D frames."""
+
+    color: str
+    depth: str
+    info: str
+
+
+def image_topics(path: Path | str) -> ImageTopics:
+    """Return the topics of a bag that carry colour, depth and camera_info.
+
+    Raises:
+        ValueError: if the bag cannot be read or one of them is not there.
+    """
+    with _opened(path) as reader:
+        types = {c.topic: c.msgtype for c in reader.connections if c.msgcount}
+    images = [topic for topic, kind in types.items() if kind in (IMAGE, COMPRESSED)]
+    depth = [topic for topic in images if "depth" in topic.lower()]
+    color = [topic for topic in images if topic not in depth and "infra" not in topic.lower()]
+    infos = [topic for topic, kind in types.items() if kind == INFO]
+    if not types:
+        raise ValueError(f"bag {path} is empty: it holds no message")
+    if not depth or not color:
+        raise ValueError(
+            f"bag {path} needs a colour image, a depth image and camera_info, "
+            f"but holds only {', '.join(sorted(types))}"
+        )
+    best = max(color, key=lambda topic: _rank(topic, COLOR_TOPIC, ("rect", "color", "rgb")))
+    # Without camera_info the nodes must still get the images, and say what is missing.
+    ranked = sorted(infos, key=lambda topic: -_rank(topic, INFO_TOPIC, ("rgb", "color", "aligned")))
+    return ImageTopics(
+        color=best,
+        depth=max(depth, key=lambda t: _rank(t, DEPTH_TOPIC, ("registered", "aligned", "rect"))),
+        info=ranked[0] if ranked else "",
+    )
+
+
+def _rank(topic: str, default: str, words: Sequence[str]) -> int:
+    exact = 100 * (topic == default) + 50 * topic.startswith(default)
+    return exact + sum(word in topic.lower() for word in words)
+
+
+def read_messages(path: Path | str, topics: Sequence[str] = ()) -> Iterator[BagMessage]:
+    """Yield the messages of a bag in the order of their reception.
+
+    Args:
+        path: a rosbag2 folder (mcap or sqlite3, compressed or not).
+        topics: only these; empty: all.
+
+    Raises:
+        ValueError: if the bag is missing, truncated, damaged or empty.
+    """
+    count = 0
+    with _opened(path) as reader:
+        wanted = [c for c in reader.connections if not topics or c.topic in topics]
+        messages = reader.messages(wanted) if wanted else iter(())
+        while True:
+            try:
+                connection, received, data = next(messages)
+            except StopIteration:
+                break
+            except Exception as error:  # whatever the storage raises, the bag is what is wrong
+                raise _damaged(path, error) from error
+            count += 1
+            yield BagMessage(connection.topic, connection.msgtype, received, bytes(data))
+    if not count:
+        raise ValueError(f"bag {path} is empty: no message on {', '.join(topics) or 'any topic'}")
+
+
+def read_frames(
+    path: Path | str,
+    config: SynchroniserConfig | None = None,
+    on_bad_frame: Callable[[str], None] | None = None,
+) -> Iterator[RgbdFrame]:
+    """Yield the RGB-D frames of a bag, the same ones that a node makes of its messages.
+
+    Args:
+        path: a rosbag2 folder.
+        config: which images belong together.
+        on_bad_frame: called with the reason for each frame that cannot be decoded, which is then
+            left out; without it such a frame raises.
+
+    Raises:
+        ValueError: if the bag is missing, truncated, damaged, empty, or makes no frame.
+    """
+    topics = image_topics(path)
+    if not topics.info:
+        raise ValueError(f"bag {path} has no camera_info: record that topic too")
+    synchroniser = FrameSynchroniser(config or SynchroniserConfig())
+    add = {
+        topics.color: synchroniser.add_color,
+        topics.depth: synchroniser.add_depth,
+        topics.info: synchroniser.add_info,
+    }
+    count = 0
+    for message in read_messages(path, (topics.color, topics.depth, topics.info)):
+        try:
+            frame = add[message.topic](message.decoded())
+        except ValueError as error:
+            if on_bad_frame is None:
+                raise ValueError(f"bag {path}: {error}") from error
+            on_bad_frame(str(error))
+            continue
+        if frame is not None:
+            count += 1
+            yield frame
+    if not count:
+        raise ValueError(f"bag {path}: no colour image has a depth image of the same time")
+
+
+def _damaged(path: Path | str, error: Exception) -> ValueError:
+    return ValueError(
+        f"bag {path} is damaged or was not closed ({error}): record it again or repair it "
+        "with 'ros2 bag reindex'"
+    )
+
+
+def _opened(path: Path | str) -> Reader:
+    """Return a reader that opens on `with`; every failure is a ValueError that names the bag."""
+    folder = Path(path)
+    if not folder.is_dir() or not (folder / "metadata.yaml").is_file():
+        raise ValueError(f"bag {path} is not a rosbag2 folder (one with metadata.yaml in it)")
+    try:
+        reader = Reader(folder)
+        reader.open()
+        reader.close()
+    except Exception as error:  # the storages raise their own, struct's and zlib's errors
+        raise _damaged(path, error) from error
+    return reader
+
+
+class BagWriter:
+    """Writes RGB-D frames to a new rosbag2 folder; use it in a `with` statement.
+
+    Depth is stored in whole millimetres in every format, so the formats hold the same values.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        *,
+        depth: str = "compressedDepth",
+        color: str = "jpeg",
+        quality: int = 90,
+    ) -> None:
+        """Prepare a bag.
+
+        Args:
+            path: folder to create; it must not exist.
+            depth: one of `DEPTH_FORMATS`.
+            color: "jpeg" (smaller) or "raw".
+            quality: of the JPEG, 1..100.
+
+        Raises:
+            ValueError: for unknown formats.
+        """
+        if depth not in DEPTH_FORMATS or color not in ("jpeg", "raw"):
+            raise ValueError(
+                f"expected depth in {DEPTH_FORMATS}, colour jpeg or raw: {depth} {color}"
+            )
+        self._depth, self._color, self._quality = depth, color, quality
+        self._writer = Writer(Path(path), version=9, storage_plugin=StoragePlugin.MCAP)
+        if depth != "compressedDepth" or color == "raw":
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        self._connections: dict[str, Any] = {}
+
+    def __enter__(self) -> Self:
+        """Create the folder."""
+        self._writer.open()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Finish the bag."""
+        self._writer.close()
+
+    def write(self, frame: RgbdFrame) -> None:
+        """Append one frame: colour, depth and camera_info with the same stamp."""
+        header = header_message(frame.stamp)
+        self.append(INFO_TOPIC, frame.stamp, info_message(header, frame.camera))
+        topic, message = color_message(header, frame.color, self._color, self._quality)
+        self.append(topic, frame.stamp, message)
+        topic, message = depth_message(header, frame.depth, self._depth)
+        self.append(topic, frame.stamp, message)
+
+    def append(self, topic: str, stamp: int, message: Any) -> None:
+        """Append any message of the ROS 2 Jazzy type store."""
+        kind = message.__msgtype__
+        self.append_raw(BagMessage(topic, kind, stamp, bytes(STORE.serialize_cdr(message, kind))))
+
+    def append_raw(self, message: BagMessage) -> None:
+        """Append a message as it was read from another bag."""
+        if message.topic not in self._connections:
+            self._connections[message.topic] = self._writer.add_connection(
+                message.topic, message.type, typestore=STORE, offered_qos_profiles=[_QOS]
+            )
+        self._writer.write(self._connections[message.topic], message.received, message.data)
+
+
+def transcode(source: Path | str, destination: Path | str, depth: str) -> None:
+    """Copy a bag with its depth images stored in another format, everything else as it is.
+
+    Raises:
+        ValueError: if the source cannot be read or the format is unknown.
+    """
+    topics = image_topics(source)
+    with BagWriter(destination, depth=depth) as writer:
+        for message in read_messages(source):
+            if message.topic != topics.depth:
+                writer.append_raw(message)
+                continue
+            decoded = message.decoded()
+            topic, image = depth_message(decoded.header, depth_from(decoded), depth)
+            writer.append(topic, message.received, image)

@@ -1,0 +1,183 @@
+"""Sensor messages to RGB-D frames: fields to arrays; colour, depth and camera_info to one frame.
+
+Works on the messages of ROS and on those that a bag reader returns: both have the same fields, so
+nodes and offline commands share every decision about which images belong together.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from intent_perception.geometry.camera import (
+    Camera,
+    ColorImage,
+    DepthImage,
+    RgbdFrame,
+    decode_color,
+    decode_compressed_color,
+    decode_compressed_depth,
+    decode_depth,
+)
+
+NANOSECONDS = 1_000_000_000
+
+
+def stamp_of(message: Any) -> int:
+    """Return the time [ns] in the header of a message, or of the header itself."""
+    stamp = getattr(message, "header", message).stamp
+    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
+
+
+def camera_from(info: Any) -> Camera:
+    """Return the camera of rectified images from a sensor_msgs/CameraInfo.
+
+    The projection matrix P describes rectified images; drivers that publish only rectified images
+    sometimes leave it zero and fill K alone.
+
+    Raises:
+        ValueError: if neither holds focal lengths.
+    """
+    if info.p[0] > 0.0:
+        return Camera(int(info.width), int(info.height), *(float(info.p[i]) for i in (0, 5, 2, 6)))
+    return Camera.from_matrix(np.asarray(info.k, dtype=np.float64), info.width, info.height)
+
+
+def color_from(message: Any) -> ColorImage:
+    """Return RGB (H, W, 3) from a sensor_msgs/Image or CompressedImage.
+
+    Raises:
+        ValueError: for unknown encodings and damaged data.
+    """
+    if hasattr(message, "format"):
+        return decode_compressed_color(message.data)
+    return decode_color(*_fields(message))
+
+
+def depth_from(message: Any) -> DepthImage:
+    """Return depth (H, W) [m] from a sensor_msgs/Image or a compressedDepth CompressedImage.
+
+    Raises:
+        ValueError: for unknown encodings and damaged data.
+    """
+    if hasattr(message, "format"):
+        return decode_compressed_depth(message.data)
+    return decode_depth(*_fields(message))
+
+
+def _fields(message: Any) -> tuple[str, int, int, int, bool, Any]:
+    return (
+        message.encoding,
+        message.height,
+        message.width,
+        message.step,
+        bool(message.is_bigendian),
+        message.data,
+    )
+
+
+@dataclass(frozen=True)
+class SynchroniserConfig:
+    """Which images belong together."""
+
+    tolerance: float = 0.015
+    """Largest difference of the stamps of colour and depth [s], 0..0.1; below half a frame period
+    at most one colour image fits."""
+    jump: float = 0.5
+    """A stamp this much older than the newest means that the clock went back (a bag started over)
+    and everything waiting is forgotten [s], 0.1..10."""
+    queue: int = 10
+    """Images of each kind that wait for their partner, 1..100."""
+
+    def __post_init__(self) -> None:
+        """Refuse values out of range."""
+        if not (0.0 <= self.tolerance <= 0.1 and self.jump >= 0.1 and self.queue >= 1):
+            raise ValueError(f"expected tolerance in 0..0.1, jump and queue above 0, got {self}")
+
+
+class FrameSynchroniser:
+    """Gathers colour, depth and camera_info messages into frames, in order of the depth stamps."""
+
+    def __init__(self, config: SynchroniserConfig) -> None:
+        self._tolerance = int(config.tolerance * NANOSECONDS)
+        self._jump = int(config.jump * NANOSECONDS)
+        self._queue = config.queue
+        self.dropped = 0
+        """Images that found no partner or came out of order."""
+        self.jumps = 0
+        """How often the clock went back."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything that waits, the camera included."""
+        self._color: deque[tuple[int, Any]] = deque()
+        self._depth: deque[tuple[int, Any]] = deque()
+        self._info: Any = None
+        self._newest = -1
+        self._emitted = -1
+        self._seen: set[str] = set()
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Inputs of which nothing has arrived since the last reset."""
+        return tuple(n for n in ("colour", "depth", "camera_info") if n not in self._seen)
+
+    def add_info(self, message: Any) -> RgbdFrame | None:
+        """Take a camera_info; return the frame that waited for it, if any (see `add_depth`)."""
+        self._info = message
+        self._seen.add("camera_info")
+        return self._match()
+
+    def add_color(self, message: Any) -> RgbdFrame | None:
+        """Take a colour image; return the frame it completes, if any (see `add_depth`)."""
+        return self._add("colour", message)
+
+    def add_depth(self, message: Any) -> RgbdFrame | None:
+        """Take a depth image; return the frame it completes, if any.
+
+        Raises:
+            ValueError: if the completed frame cannot be decoded; it is dropped and the next one is
+                unaffected.
+        """
+        return self._add("depth", message)
+
+    def _add(self, kind: str, message: Any) -> RgbdFrame | None:
+        stamp = stamp_of(message)
+        if stamp < self._newest - self._jump:
+            info = self._info
+            self.reset()
+            self.jumps += 1
+            self._info = info  # a latched camera_info is not sent again
+            self._seen |= {"camera_info"} if info is not None else set()
+        self._seen.add(kind)
+        self._newest = max(self._newest, stamp)
+        if stamp <= self._emitted and kind == "depth":
+            self.dropped += 1
+            return None
+        queue = self._depth if kind == "depth" else self._color
+        queue.append((stamp, message))
+        if len(queue) > self._queue:
+            queue.popleft()
+            self.dropped += 1
+        return self._match()
+
+    def _match(self) -> RgbdFrame | None:
+        if self._info is None:
+            return None
+        for depth_index, (stamp, depth) in enumerate(self._depth):
+            for color_index, (color_stamp, color) in enumerate(self._color):
+                if abs(color_stamp - stamp) <= self._tolerance:
+                    self._forget(self._depth, depth_index)
+                    self._forget(self._color, color_index)
+                    self._emitted = stamp
+                    return RgbdFrame(
+                        stamp, color_from(color), depth_from(depth), camera_from(self._info)
+                    )
+        return None
+
+    def _forget(self, queue: deque[tuple[int, Any]], index: int) -> None:
+        """Remove the matched image and, counted as dropped, the older ones before it."""
+        for _ in range(index + 1):
+            queue.popleft()
+        self.dropped += index

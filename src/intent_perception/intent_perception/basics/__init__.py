@@ -1,0 +1,1 @@
+"""What every module may lean on: parameters with ranges, array types, compilation."""

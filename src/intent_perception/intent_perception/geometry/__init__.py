@@ -1,0 +1,1 @@
+"""Transforms, cameras, meshes and the images that meshes leave: no object is known here."""

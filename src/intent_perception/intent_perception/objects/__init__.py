@@ -1,0 +1,1 @@
+"""The objects that the system knows: their meshes, symmetries, resting poses and files."""

@@ -1,0 +1,134 @@
+"""The object database: the shipped 48 objects, the shipped clutter, or a user's own meshes.
+
+A database is a YAML file (or a folder that holds one): `{objects: [{name, mesh, unit, class}, …]}`.
+Those four keys are enough for any mesh; the optional ones are `color`, `mass`, `density`,
+`friction`, `functions`, `symmetry` and `stable_poses` (see `loading`).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from intent_perception import SHARE
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.objects.loading import load_model
+from intent_perception.objects.model import (
+    OBJECT_CLASSES,
+    Edge,
+    Face,
+    Functions,
+    ObjectModel,
+    Opening,
+    Part,
+    Symmetry,
+)
+
+__all__ = [
+    "CLUTTER",
+    "OBJECT_CLASSES",
+    "SHIPPED",
+    "Edge",
+    "Face",
+    "Functions",
+    "Mesh",
+    "ObjectDatabase",
+    "ObjectModel",
+    "Opening",
+    "Part",
+    "Symmetry",
+]
+
+SHIPPED = SHARE / "objects" / "objects.yaml"
+"""The database of 6 classes x 8 objects."""
+CLUTTER = SHARE / "objects" / "clutter.yaml"
+"""Household things of other classes: toy car, box, ball …"""
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectDatabase:
+    """Objects in a fixed order, found by name."""
+
+    models: tuple[ObjectModel, ...]
+    """The objects; names are unique."""
+
+    def __post_init__(self) -> None:
+        """Refuse two objects of one name."""
+        names = [model.name for model in self.models]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"expected unique object names, got twice: {', '.join(twice)}")
+
+    @classmethod
+    def load(cls, path: str | Path | None = None) -> "ObjectDatabase":
+        """Return the database in a YAML file or in a folder with one; None = the shipped 48.
+
+        Raises:
+            ValueError: if it cannot be read or an entry is wrong, with file, entry and remedy.
+        """
+        file = _database_file(SHIPPED if path is None else Path(path))
+        try:
+            content = yaml.load(file.read_text(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            raise ValueError(f"cannot read the object database {file}: {error}") from error
+        entries = content.get("objects") if isinstance(content, dict) else None
+        if not isinstance(entries, list) or not entries:
+            raise ValueError(
+                f"expected {file} to hold `objects:` with a list of entries "
+                "{name, mesh, unit, class}"
+            )
+        return cls(tuple(load_model(entry, file) for entry in entries))
+
+    @classmethod
+    def clutter(cls) -> "ObjectDatabase":
+        """Return the shipped things that belong to none of the six classes."""
+        return cls.load(CLUTTER)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all objects, in order."""
+        return tuple(model.name for model in self.models)
+
+    def __getitem__(self, name: str) -> ObjectModel:
+        """Return the object with a name."""
+        for model in self.models:
+            if model.name == name:
+                return model
+        raise ValueError(f"expected one of {', '.join(self.names)}, got {name!r}")
+
+    def __contains__(self, name: str) -> bool:
+        """Return whether an object has this name."""
+        return name in self.names
+
+    def __iter__(self) -> Iterator[ObjectModel]:
+        """Go through the objects in order."""
+        return iter(self.models)
+
+    def __len__(self) -> int:
+        """Return the number of objects."""
+        return len(self.models)
+
+    def of_class(self, object_class: str) -> tuple[ObjectModel, ...]:
+        """Return the objects of a class, possibly none."""
+        return tuple(model for model in self.models if model.object_class == object_class)
+
+    def select(self, names: list[str] | tuple[str, ...]) -> "ObjectDatabase":
+        """Return the database of the named objects only, in the given order."""
+        return ObjectDatabase(tuple(self[name] for name in names))
+
+    def joined(self, other: "ObjectDatabase") -> "ObjectDatabase":
+        """Return the objects of both databases."""
+        return ObjectDatabase(self.models + other.models)
+
+
+def _database_file(path: Path) -> Path:
+    if path.is_dir():
+        files = sorted([*path.glob("*.yaml"), *path.glob("*.yml")])
+        if len(files) != 1:
+            found = ", ".join(file.name for file in files) or "none"
+            raise ValueError(f"expected one YAML file in the object database {path}, got {found}")
+        return files[0]
+    if not path.is_file():
+        raise ValueError(f"expected an object database (YAML file or folder), {path} is missing")
+    return path

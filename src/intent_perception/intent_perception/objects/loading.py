@@ -1,0 +1,213 @@
+"""One entry of an object database file -> ObjectModel; what the entry leaves out is computed.
+
+Optional keys of an entry: `color` [r, g, b] in 0..1; `mass` [kg] or `density` [kg/m³]; `friction`;
+`functions` {opening: {center, normal, radius}, edge: {start, end, direction},
+face: {center, normal}, tip, handle: [names], functional: [names]};
+`symmetry` {axis, center, turns}; `stable_poses`; poses and turns are rows of 6 values, position
+and rotation vector; all lengths in these keys in m, in the frame of the mesh.
+"""
+
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from intent_perception.geometry.mesh import Mesh, read_mesh
+from intent_perception.geometry.transforms import Array, pose_from_vector
+from intent_perception.objects.model import (
+    Edge,
+    Face,
+    Functions,
+    ObjectModel,
+    Opening,
+    Part,
+    Symmetry,
+)
+from intent_perception.objects.resting import stable_poses
+from intent_perception.objects.symmetry import find_symmetry
+
+UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+"""Metres in each unit that a mesh may be stored in."""
+
+_KEYS = {"name", "mesh", "unit", "class"}
+_OPTIONAL = {"color", "mass", "density", "friction", "functions", "symmetry", "stable_poses"}
+_LARGEST, _SMALLEST = 1.0, 0.005
+_DENSITY = 1000.0  # plastic and wood are lighter, glass and metal heavier
+_OPEN_MASS = 0.2
+_FRICTION = 0.6
+GREY = np.array([0.6, 0.6, 0.6])
+"""Colour of objects whose mesh and entry give none: it says nothing."""
+
+
+def load_model(entry: dict[str, Any], file: Path) -> ObjectModel:
+    """Return the object of one entry of the database file.
+
+    Raises:
+        ValueError: for missing or unknown keys, a mesh that cannot be read, a wrong unit, or
+            values of the wrong shape, naming file, entry and remedy.
+    """
+    if not isinstance(entry, dict):
+        raise ValueError(f"{file}: expected entries {{name, mesh, unit, class}}, got {entry!r}")
+    where = f"{file}, object {entry.get('name')!r}"
+    present = {key for key, value in entry.items() if value is not None}
+    missing, unknown = _KEYS - present, set(entry) - _KEYS - _OPTIONAL
+    if missing or unknown:
+        problem = f"lacks {sorted(missing)}" if missing else f"has unknown {sorted(unknown)}"
+        raise ValueError(f"{where} {problem}; keys: {sorted(_KEYS)}, or {sorted(_OPTIONAL)}")
+    given = {key: value for key, value in entry.items() if value is not None}
+    try:
+        return _model(given, file.parent / str(given["mesh"]))
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+        raise ValueError(f"{where}: {error}") from error
+
+
+def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
+    name = str(entry["name"])
+    if not name or any(character.isspace() or character == "/" for character in name):
+        raise ValueError(f"expected a name without blanks and slashes, got {name!r}")
+    if entry["unit"] not in UNITS:
+        raise ValueError(f"expected a unit of {', '.join(UNITS)}, got {entry['unit']!r}")
+    scale = UNITS[entry["unit"]]
+    parts: tuple[Part, ...] | None = None
+    color = None
+    if path.suffix == ".npz":
+        mesh, parts = read_parts(path)
+    else:
+        mesh, color = read_mesh(path)
+    mesh = mesh.scaled(scale) if scale != 1.0 else mesh
+    _check_size(mesh, str(entry["unit"]))
+    _ = mesh.convex_hull  # refuses a flat sheet
+    if "color" in entry:
+        color = _vector(entry["color"], "color")
+        if color.min() < 0.0 or color.max() > 1.0:
+            raise ValueError(f"expected a color of values in 0..1, got {entry['color']}")
+    symmetry = _symmetry(entry["symmetry"]) if "symmetry" in entry else find_symmetry(mesh)
+    poses = (
+        pose_from_vector(np.asarray(entry["stable_poses"], dtype=np.float64).reshape(-1, 6))
+        if "stable_poses" in entry
+        else stable_poses(mesh, symmetry)
+    )
+    return ObjectModel(
+        name=name,
+        object_class=str(entry["class"]),
+        mesh=mesh,
+        color=GREY if color is None else color,
+        annotated_parts=parts,
+        functions=_functions(entry["functions"]) if "functions" in entry else None,
+        mass=_mass(entry, mesh),
+        friction=_positive(entry.get("friction", _FRICTION), "friction"),
+        symmetry=symmetry,
+        stable_poses=poses,
+    )
+
+
+def write_parts(path: Path, mesh: Mesh, parts: tuple[Part, ...]) -> None:
+    """Write a mesh [m] and its convex parts as one compressed npz file."""
+    np.savez_compressed(
+        path,
+        vertices=mesh.vertices.astype(np.float32),
+        faces=mesh.faces.astype(np.uint16),
+        part_names=np.array([part.name for part in parts]),
+        part_vertices=np.concatenate([p.mesh.vertices for p in parts]).astype(np.float32),
+        part_faces=np.concatenate([p.mesh.faces for p in parts]).astype(np.uint16),
+        part_counts=np.array([(len(p.mesh.vertices), len(p.mesh.faces)) for p in parts]),
+    )
+
+
+def read_parts(path: Path) -> tuple[Mesh, tuple[Part, ...]]:
+    """Return the mesh and the convex parts in a file of `write_parts`.
+
+    Raises:
+        ValueError: if the file is missing or damaged.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            mesh = Mesh.of(stored["vertices"], stored["faces"])
+            names = [str(name) for name in stored["part_names"]]
+            ends = np.cumsum(stored["part_counts"], axis=0)[:-1]
+            vertices = np.split(stored["part_vertices"], ends[:, 0])
+            faces = np.split(stored["part_faces"], ends[:, 1])
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        raise ValueError(f"cannot read the mesh {path}: {error}") from error
+    meshes = [Mesh.of(v, f) for v, f in zip(vertices, faces, strict=True)]
+    return mesh, tuple(Part(n, m) for n, m in zip(names, meshes, strict=True))
+
+
+def _check_size(mesh: Mesh, unit: str) -> None:
+    largest = float(np.ptp(mesh.bounds, axis=0).max())
+    if _SMALLEST <= largest <= _LARGEST:
+        return
+    fitting = [
+        other
+        for other, scale in UNITS.items()
+        if 0.03 <= largest / UNITS[unit] * scale <= 0.5 and other != "dm"
+    ]
+    advice = f"its unit is probably {' or '.join(fitting)}" if fitting else "scale it"
+    raise ValueError(
+        f"expected an object between {_SMALLEST * 1000:g} mm and {_LARGEST:g} m, got "
+        f"{largest:.3g} m when read as unit {unit!r}: {advice}"
+    )
+
+
+def _vector(value: Any, what: str) -> Array:
+    vector = np.asarray(value, dtype=np.float64)
+    if vector.shape != (3,) or not np.all(np.isfinite(vector)):
+        raise ValueError(f"expected 3 numbers for {what}, got {value!r}")
+    return vector
+
+
+def _direction(value: Any, what: str) -> Array:
+    vector = _vector(value, what)
+    length = float(np.linalg.norm(vector))
+    if length < 1e-9:
+        raise ValueError(f"expected a direction for {what}, got zero")
+    return vector / length
+
+
+def _positive(value: Any, what: str) -> float:
+    number = float(value)
+    if not number > 0.0:
+        raise ValueError(f"expected {what} above 0, got {value!r}")
+    return number
+
+
+def _mass(entry: dict[str, Any], mesh: Mesh) -> float:
+    if "mass" in entry:
+        return _positive(entry["mass"], "mass")
+    density = _positive(entry.get("density", _DENSITY), "density")
+    solid = mesh.is_watertight and mesh.volume > 0.0
+    return mesh.volume * density if solid else _OPEN_MASS
+
+
+def _symmetry(stored: dict[str, Any]) -> Symmetry:
+    turns = np.asarray(stored.get("turns", []), dtype=np.float64).reshape(-1, 6)
+    return Symmetry(
+        axis=_direction(stored["axis"], "axis") if stored.get("axis") is not None else None,
+        turns=tuple(pose_from_vector(turns)),
+        center=_vector(stored["center"], "center") if stored.get("center") is not None else None,
+    )
+
+
+def _functions(stored: dict[str, Any]) -> Functions:
+    opening, edge, face = stored.get("opening"), stored.get("edge"), stored.get("face")
+    tip = stored.get("tip")
+    return Functions(
+        opening=opening
+        and Opening(
+            _vector(opening["center"], "opening center"),
+            _direction(opening["normal"], "opening normal"),
+            _positive(opening["radius"], "opening radius"),
+        ),
+        edge=edge
+        and Edge(
+            _vector(edge["start"], "edge start"),
+            _vector(edge["end"], "edge end"),
+            _direction(edge["direction"], "edge direction"),
+        ),
+        face=face
+        and Face(_vector(face["center"], "face center"), _direction(face["normal"], "face normal")),
+        tip=None if tip is None else _vector(tip, "tip"),
+        handle=tuple(str(name) for name in stored.get("handle", ())),
+        functional=tuple(str(name) for name in stored.get("functional", ())),
+    )

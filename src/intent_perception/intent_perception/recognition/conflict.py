@@ -1,0 +1,133 @@
+"""Which of many hypotheses stand together: each must explain pixels that no better one explains.
+
+Hypotheses are taken one by one, always the one that newly explains most, weighted with its quality;
+then each is put up again for choice with the others fixed, until nothing changes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from intent_perception.recognition.verification.explanation import DISAGREE, FRONT, MATCH
+
+Floats = NDArray[np.float32]
+
+_QUALITY_POWER = 3.0
+_ROUNDS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What each of N hypotheses says about each pixel of its window."""
+
+    values: Floats
+    """All windows one after the other, row by row; see `explain`."""
+    windows: NDArray[np.int64]
+    """(N, 5) left, top, width, height, first index in values."""
+    counts: Floats
+    """(N, COUNTS) of `explain`."""
+    factors: Floats
+    """(N,) by which else the hypotheses are weighted: contour, table."""
+
+    def joined(self, other: "Evidence") -> "Evidence":
+        """Return the evidence of these hypotheses and of others, in this order."""
+        windows = other.windows.copy()
+        windows[:, 4] += len(self.values)
+        return Evidence(
+            np.concatenate([self.values, other.values]),
+            np.concatenate([self.windows, windows]),
+            np.concatenate([self.counts, other.counts]),
+            np.concatenate([self.factors, other.factors]),
+        )
+
+
+def quality_of(counts: Floats) -> Floats:
+    """Return which share of what can be judged speaks for each hypothesis, 0..1.
+
+    Args:
+        counts: (N, COUNTS) of `explain`.
+    """
+    judged = counts[:, MATCH] + counts[:, DISAGREE] + counts[:, FRONT]
+    quality: Floats = counts[:, MATCH] / np.maximum(judged, 1.0)
+    return quality
+
+
+def select(
+    evidence: Evidence,
+    shape: tuple[int, int],
+    least_pixels: float,
+    least_quality: float,
+    least_new: float,
+) -> NDArray[np.int64]:
+    """Return the indices (K,) of the hypotheses that remain when conflicts are removed.
+
+    Args:
+        evidence: of all hypotheses.
+        shape: (H, W) of the image.
+        least_pixels: new pixels a hypothesis must explain.
+        least_quality: see `quality_of`.
+        least_new: share of its matching pixels that must be new.
+    """
+    quality = quality_of(evidence.counts)
+    match = evidence.counts[:, MATCH]
+    usable = (quality >= least_quality) & (match >= least_pixels)
+    weight = np.where(usable, quality**_QUALITY_POWER * evidence.factors, 0.0)
+    chosen: list[int] = []
+
+    def best() -> int | None:
+        explained = explained_by(
+            evidence.values, evidence.windows, np.array(chosen, np.int64), shape
+        )
+        new, against = gains(evidence.values, evidence.windows, explained)
+        worth = (new - against) * weight
+        worth[(new < least_pixels) | (new < least_new * match)] = 0.0
+        winner = int(np.argmax(worth)) if len(worth) else 0
+        return winner if len(worth) and worth[winner] > 0.0 else None
+
+    while (winner := best()) is not None:
+        chosen.append(winner)
+    for _ in range(_ROUNDS):
+        before = sorted(chosen)
+        for old in before:
+            chosen.remove(old)
+            while (winner := best()) is not None:
+                chosen.append(winner)
+        if sorted(chosen) == before:
+            break
+    return np.array(chosen, np.int64)
+
+
+@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+def explained_by(
+    values: Floats, windows: NDArray[np.int64], chosen: NDArray[np.int64], shape: tuple[int, int]
+) -> Floats:
+    """Return the best evidence (H, W) that the chosen hypotheses give for each pixel, 0 = none."""
+    explained = np.zeros(shape, np.float32)
+    for k in chosen:
+        left, top, width, height, start = windows[k]
+        for j in range(height):
+            for i in range(width):
+                value = values[start + j * width + i]
+                if value > explained[top + j, left + i]:
+                    explained[top + j, left + i] = value
+    return explained
+
+
+@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+def gains(values: Floats, windows: NDArray[np.int64], explained: Floats) -> tuple[Floats, Floats]:
+    """Return for each hypothesis the evidence it adds to what is explained, and that against it."""
+    count = len(windows)
+    new = np.zeros(count, np.float32)
+    against = np.zeros(count, np.float32)
+    for k in range(count):
+        left, top, width, height, start = windows[k]
+        for j in range(height):
+            for i in range(width):
+                value = values[start + j * width + i]
+                if value < 0.0:
+                    against[k] -= value
+                elif value > explained[top + j, left + i]:
+                    new[k] += value - explained[top + j, left + i]
+    return new, against

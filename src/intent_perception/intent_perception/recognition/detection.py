@@ -1,0 +1,318 @@
+"""Detection of known objects in one RGB-D frame (Sec. III-A): hypothesise, verify, select."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.transforms import Array
+from intent_perception.recognition.candidates import Drafter
+from intent_perception.recognition.confidence import confidence, features_of
+from intent_perception.recognition.conflict import Evidence, explained_by, gains, quality_of, select
+from intent_perception.recognition.proposal.model_library import ModelLibrary
+from intent_perception.recognition.proposal.pair_hypotheses import pair_iterations, sample_pairs
+from intent_perception.recognition.proposal.pose_slots import Slots
+from intent_perception.recognition.proposal.table_prior import sample_resting
+from intent_perception.recognition.verification.explanation import DRAWN, MATCH
+from intent_perception.scene.oriented_image import OrientedImage, orient
+from intent_perception.scene.scene_view import SceneView
+from intent_perception.scene.segmentation import Segmentation, segment
+from intent_perception.scene.table_plane import TablePlane, find_table
+
+Floats = NDArray[np.float32]
+
+_COARSE = 1.7  # the first stage allows for the error of a single pair
+_SELECTIONS = 3
+_USUAL_MODELS = 6  # in a larger library each pair or point is looked up more often,
+_GROWTH = 0.3  # by this power of its size
+_LEFT = 0.5  # of the pixels that an object must explain, what refinement may leave
+_SLOTS = 3  # poses kept of each model in each image cell
+
+
+@dataclass(frozen=True)
+class DetectorConfig:
+    """Parameters of the detector."""
+
+    focal_length: float = 525.0
+    """Images of a longer focal length are reduced to about this one [pixel]."""
+    max_depth: float = 1.8
+    """Measurements beyond are ignored [m]."""
+    normal_radius: float = 0.009
+    """Half the window in which normals are estimated [m]."""
+    table_tolerance: float = 0.008
+    """Deviation of the table top from a plane [m], 0.001..0.05."""
+    table_share: float = 0.15
+    """Least share of the image that a table covers, 0..1."""
+    success: float = 0.99
+    """Probability with which point pairs alone find an object of the assumed share, 0.5..0.9999."""
+    assumed_share: float = 0.25
+    """Share of all points above the table that lie on such an object, 0.01..1."""
+    pair_lookups: int = 240
+    """Model pairs tried for each of them."""
+    hash_only: bool = False
+    """Whether to do without the table prior, as the paper does."""
+    resting_points: int = 900
+    """Scene points from which resting poses are proposed."""
+    resting_lookups: int = 600
+    """Resting model points tried for each of them."""
+    second_look: bool = True
+    """Whether to search once more on the pixels that the objects found leave unexplained."""
+    refined_per_model: int = 80
+    """Hypotheses of each model that are refined on their points."""
+    tolerance: float = 0.006
+    """Depth difference of a match at 1 m [m]."""
+    least_pixels: float = 80.0
+    """Pixels an object must explain."""
+    least_quality: float = 0.6
+    """Least share of the judged pixels that must match."""
+    seed: int = 0
+    """Of all random draws."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        if not 0.0 < self.success < 1.0 or not 0.0 < self.assumed_share <= 1.0:
+            raise ValueError(
+                "expected success in (0, 1) and assumed_share in (0, 1], got "
+                f"{self.success} and {self.assumed_share}"
+            )
+
+    @classmethod
+    def for_clouds(cls) -> "DetectorConfig":
+        """Return the parameters for clouds, in which no direction is up and no table is sought."""
+        return cls(table_share=1.0, max_depth=100.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """An object found, in the camera frame, with what speaks for it."""
+
+    model: int
+    """Number in the library."""
+    T_camera_object: Array
+    """(4, 4)."""
+    confidence: float
+    """Probability that it is right."""
+    visible_fraction: float
+    """Share of its silhouette that is seen."""
+    features: Floats
+    """What the confidence is computed from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """N refined hypotheses and their evidence."""
+
+    models: NDArray[np.int64]
+    """(N,) numbers in the library."""
+    poses: Floats
+    """(N, 12)."""
+    evidence: Evidence
+    """What they say about the pixels."""
+
+    def joined(self, other: "Candidates") -> "Candidates":
+        """Return these and others."""
+        return Candidates(
+            np.concatenate([self.models, other.models]),
+            np.concatenate([self.poses, other.poses]),
+            self.evidence.joined(other.evidence),
+        )
+
+    def explained(self, chosen: NDArray[np.int64], shape: tuple[int, int]) -> Floats:
+        """Return the best evidence (H, W) that some of them give for each pixel."""
+        evidence = self.evidence
+        explained: Floats = explained_by(evidence.values, evidence.windows, chosen, shape)
+        return explained
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """Everything that recognition says about one frame."""
+
+    detections: tuple[Detection, ...]
+    """Best first."""
+    image: OrientedImage
+    """The scene as it was seen."""
+    segmentation: Segmentation
+    """Its parts."""
+    hypotheses: int
+    """How many were generated."""
+
+
+class Detector:
+    """The stages of Sec. III-A over one library of models."""
+
+    def __init__(self, library: ModelLibrary, config: DetectorConfig) -> None:
+        self.library = library
+        self.config = config
+
+    def oriented(self, frame: RgbdFrame) -> OrientedImage:
+        """Return points and normals of a frame."""
+        config = self.config
+        return orient(frame, config.focal_length, config.normal_radius, config.max_depth)
+
+    def table(self, image: OrientedImage) -> TablePlane | None:
+        """Return the table of a scene, None if there is none."""
+        rng = np.random.default_rng(self.config.seed)
+        return find_table(image, rng, self.config.table_tolerance, self.config.table_share)
+
+    def find(self, frame: RgbdFrame) -> Findings:
+        """Return all objects of the library in a frame."""
+        image = self.oriented(frame)
+        return self.find_in(image, self.table(image), None)
+
+    def find_in(
+        self, image: OrientedImage, table: TablePlane | None, allowed: NDArray[np.bool_] | None
+    ) -> Findings:
+        """Return all objects of the library in a scene.
+
+        Args:
+            image: the scene.
+            table: its table, if it has one.
+            allowed: (H, W) pixels that may be objects, None = all.
+        """
+        config = self.config
+        rng = np.random.default_rng(config.seed)
+        scene = SceneView.of(image, segment(image, table, allowed))
+        drafter = Drafter(self.library, scene, config.tolerance, resting=not config.hash_only)
+        candidates, hypotheses = self._candidates(scene, scene, rng)
+        chosen = self._chosen(scene, drafter, candidates)
+        if config.second_look and len(chosen):
+            explained = candidates.explained(chosen, scene.shape)
+            more, made = self._candidates(scene, scene.without(explained), rng)
+            candidates, hypotheses = candidates.joined(more), hypotheses + made
+            if len(more.models):
+                chosen = self._chosen(scene, drafter, candidates)
+        found = [self._detection(scene, drafter, candidates, chosen, k) for k in range(len(chosen))]
+        kept = [detection for detection in found if detection is not None]
+        ranked = sorted(kept, key=lambda detection: -detection.confidence)
+        return Findings(tuple(ranked), image, scene.parts, hypotheses)
+
+    def _candidates(
+        self, scene: SceneView, focus: SceneView, rng: np.random.Generator
+    ) -> tuple[Candidates, int]:
+        """Return the hypotheses worth a decision on the pixels in focus, and how many were made."""
+        slots, made = self.generated(focus, rng, int(scene.parts.mask.sum()))
+        drafter = Drafter(self.library, scene, self.config.tolerance, focus)
+        models, poses = drafter.aligned(*slots.best(self.config.refined_per_model))
+        return Candidates(models, poses, drafter.evidence(models, poses)), made
+
+    def generated(
+        self, scene: SceneView, rng: np.random.Generator, whole: int | None = None
+    ) -> tuple[Slots, int]:
+        """Return the poses that passed the first stage, and how many were generated.
+
+        Args:
+            scene: with the pixels to draw from.
+            rng: of the draws.
+            whole: object pixels of the whole scene, if these are only the rest: then fewer draws
+                do for the same success.
+        """
+        library, config = self.library, self.config
+        slots = Slots.empty(len(library), *scene.shape, _SLOTS)
+        pixels = np.argwhere(scene.parts.mask == 1).astype(np.int64)
+        if len(pixels) < config.least_pixels:
+            return slots, 0
+        tolerance = config.tolerance * _COARSE
+        models = (library.points, library.normals, library.offsets, library.coarse, library.axes)
+        kept = (slots.columns, slots.score, slots.pose)
+        made = 0
+        part = len(pixels) / max(whole or 0, len(pixels))
+        resting = int(config.resting_points * part)
+        more = max(1.0, len(library) / _USUAL_MODELS) ** _GROWTH  # siblings share their pairs
+        if scene.parts.table is not None and not config.hash_only:
+            some = rng.choice(len(pixels), min(resting, len(pixels)), replace=False)
+            made += sample_resting(
+                int(config.resting_lookups * more),
+                rng,
+                pixels[np.sort(some)],
+                scene.points,
+                *scene.surface,
+                scene.parts.table.T_table_camera().astype(np.float32),
+                library.resting.starts,
+                library.resting.entries,
+                library.resting.poses,
+                *models,
+                tolerance,
+                *kept,
+            )
+        made += sample_pairs(
+            pair_iterations(config.success, min(1.0, config.assumed_share / part)),
+            int(config.pair_lookups * more),
+            rng,
+            pixels,
+            scene.points,
+            *scene.surface,
+            library.pairs.distances,
+            library.pairs.tolerance,
+            library.pairs.starts,
+            library.pairs.entries,
+            *models,
+            scene.plane,
+            tolerance,
+            *kept,
+        )
+        return slots, int(made)
+
+    def _chosen(
+        self, scene: SceneView, drafter: Drafter, candidates: Candidates
+    ) -> NDArray[np.int64]:
+        """Return the hypotheses that stand together; those in the midst of a surface stand back."""
+        config, evidence = self.config, candidates.evidence
+        factors = evidence.factors.copy()
+        chosen = np.zeros(0, np.int64)
+        for _ in range(_SELECTIONS):
+            weighted = replace(evidence, factors=factors)
+            chosen = select(weighted, scene.shape, config.least_pixels, config.least_quality, 0.5)
+            before = factors.copy()
+            for k, index in enumerate(chosen):
+                explained = candidates.explained(np.delete(chosen, k), scene.shape)
+                model = int(candidates.models[index])
+                drawing = drafter.drawing(model, candidates.poses[index])
+                ends, goes_on = drawing.contour(scene, explained, config.tolerance)
+                ratio = (ends + 5.0) / (ends + goes_on + 5.0)
+                factors[index] = min(factors[index], ratio**2)
+            if np.array_equal(before, factors):
+                break
+        return chosen
+
+    def _detection(
+        self,
+        scene: SceneView,
+        drafter: Drafter,
+        candidates: Candidates,
+        chosen: NDArray[np.int64],
+        k: int,
+    ) -> Detection | None:
+        """Return the k-th chosen hypothesis, turned, refined and with its confidence.
+
+        None if hardly anything that others do not explain is left to it after refinement.
+        """
+        models, evidence = candidates.models, candidates.evidence
+        model = int(models[chosen[k]])
+        explained = candidates.explained(np.delete(chosen, k), scene.shape)
+        pose, alike = drafter.best_turn(model, candidates.poses[chosen[k]].copy(), explained)
+        drafter.settle(model, pose, final=True)
+        drawing = drafter.drawing(model, pose)
+        worth = drawing.worth(explained)
+        if worth < _LEFT * self.config.least_pixels:
+            return None
+        new, against = gains(evidence.values, evidence.windows, explained)
+        rivals = (new - against) * quality_of(evidence.counts) ** 3 * evidence.factors
+        rival = float(np.max(rivals, where=models != model, initial=0.0))
+        features = features_of(
+            drawing,
+            drawing.contour(scene, explained, self.config.tolerance),
+            drafter.lowest(model, pose, drawing),
+            alike,
+            worth,
+            rival / max(float(rivals[chosen[k]]), 1.0),
+            drawing.measures(scene, explained, self.config.tolerance),
+        )
+        return Detection(
+            model,
+            self.library.object_pose(model, pose),
+            confidence(features),
+            float(drawing.counts[MATCH] / max(drawing.counts[DRAWN], 1.0)),
+            features,
+        )

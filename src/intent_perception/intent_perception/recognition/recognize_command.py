@@ -1,0 +1,165 @@
+"""Command: known objects in one RGB-D image or one point cloud.
+
+python -m intent_perception.recognize [--models DB]
+    (--rgb P --depth P --depth-scale M --camera K.json | --cloud P.ply --unit m|mm)
+    [--json FILE|-] [--picture P.png] [--hash-only] [--seed S]
+"""
+
+import argparse
+import json
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from intent_perception.geometry.camera import Camera, RgbdFrame, clean_depth
+from intent_perception.geometry.cloud import read_cloud, view_cloud
+from intent_perception.geometry.transforms import Array
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.detection import Detector, DetectorConfig, Findings
+from intent_perception.recognition.overlay import overlay
+from intent_perception.recognition.proposal.model_library import ModelLibrary
+from intent_perception.recognition.recognizer import RecognizerConfig
+
+_PAINT = (60, 220, 60)
+
+
+def read_camera(path: Path, width: int, height: int) -> Camera:
+    """Return the camera in a JSON file: `fx, fy, cx, cy`, or `K` / `camera_matrix` of 9 values.
+
+    Raises:
+        ValueError: if the file holds neither.
+    """
+    try:
+        content = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise ValueError(f"cannot read the camera {path}: {error}") from error
+    matrix = content.get("K", content.get("k", content.get("camera_matrix")))
+    if isinstance(matrix, dict):
+        matrix = matrix.get("data")
+    if matrix is not None:
+        return Camera.from_matrix(np.asarray(matrix, dtype=np.float64).ravel(), width, height)
+    try:
+        values = [float(content[name]) for name in ("fx", "fy", "cx", "cy")]
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"expected fx, fy, cx, cy or K in {path}: no {error}") from error
+    return Camera(width, height, *values)
+
+
+def read_images(rgb: Path, depth: Path, scale: float, camera: Path) -> RgbdFrame:
+    """Return the frame of two image files.
+
+    Args:
+        rgb: colour image.
+        depth: 16-bit depth image.
+        scale: metres per unit of depth; from 1 on, units per metre.
+        camera: see `read_camera`.
+
+    Raises:
+        ValueError: if a file cannot be read or they do not fit each other.
+    """
+    color = cv2.imread(str(rgb), cv2.IMREAD_COLOR)
+    values = cv2.imread(str(depth), cv2.IMREAD_UNCHANGED)
+    for path, image in ((rgb, color), (depth, values)):
+        if image is None:
+            raise ValueError(f"cannot read the image {path}")
+    if values.ndim != 2:
+        raise ValueError(f"expected one channel of depth in {depth}, got {values.shape}")
+    metres = clean_depth(values.astype(np.float64) * (1.0 / scale if scale >= 1.0 else scale))
+    typical = float(np.median(metres[metres > 0.0])) if (metres > 0.0).any() else 0.0
+    if not 0.1 < typical < 20.0:
+        raise ValueError(
+            f"expected depth of 0.1 to 20 m, the median of {depth} is {typical:.3g} m: "
+            "check --depth-scale (0.001 for millimetres)"
+        )
+    height, width = values.shape
+    rgb_image = np.ascontiguousarray(color[..., ::-1])
+    return RgbdFrame(0, rgb_image, metres, read_camera(camera, width, height))
+
+
+def report(findings: Findings, detector: Detector, T_out_camera: Array) -> list[dict[str, Any]]:
+    """Return the objects that are more likely right than wrong, as the contract lists them."""
+    least = RecognizerConfig().least_confidence
+    models = detector.library.models
+    return [
+        {
+            "model": models[found.model].name,
+            "object_class": models[found.model].object_class,
+            "T_camera_object": (T_out_camera @ found.T_camera_object).ravel().tolist(),
+            "confidence": found.confidence,
+            "visible_fraction": found.visible_fraction,
+        }
+        for found in findings.detections
+        if found.confidence >= least
+    ]
+
+
+def picture(frame: RgbdFrame, findings: Findings, detector: Detector, path: Path) -> None:
+    """Write the frame with the reported objects drawn over it."""
+    least = RecognizerConfig().least_confidence
+    found = [d for d in findings.detections if d.confidence >= least]
+    models = [detector.library.models[d.model] for d in found]
+    texts = [f"{m.name} {d.confidence:.2f}" for m, d in zip(models, found, strict=True)]
+    poses = [d.T_camera_object for d in found]
+    image = overlay(frame.color, frame.camera, models, poses, texts, [_PAINT] * len(found))
+    if not cv2.imwrite(str(path), image[..., ::-1]):
+        raise ValueError(f"cannot write {path}")
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--models", type=Path, help="object database, default: the shipped 48")
+    parser.add_argument("--rgb", type=Path)
+    parser.add_argument("--depth", type=Path)
+    parser.add_argument("--depth-scale", type=float, default=0.001, help="metres per unit")
+    parser.add_argument("--camera", type=Path, help="JSON with fx, fy, cx, cy or K")
+    parser.add_argument("--cloud", type=Path, help="PLY with normals, instead of images")
+    parser.add_argument("--unit", choices=("m", "mm"), default="m")
+    parser.add_argument("--json", default="-")
+    parser.add_argument("--picture", type=Path)
+    parser.add_argument("--hash-only", action="store_true", help="without the table prior")
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    try:
+        answer = run(arguments)
+    except ValueError as error:
+        sys.exit(f"recognize: {error}")
+    text = json.dumps(answer, indent=1)
+    if arguments.json == "-":
+        print(text)
+    else:
+        Path(arguments.json).write_text(text + "\n")
+
+
+def run(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the answer to parsed arguments.
+
+    Raises:
+        ValueError: if an input is missing or wrong.
+    """
+    config = DetectorConfig() if arguments.cloud is None else DetectorConfig.for_clouds()
+    config = replace(config, hash_only=arguments.hash_only, seed=arguments.seed)
+    T_out_camera = np.eye(4)
+    if arguments.cloud is not None:
+        view = view_cloud(*read_cloud(arguments.cloud, arguments.unit))
+        frame, T_out_camera = view.frame, view.T_cloud_camera
+    elif None in (arguments.rgb, arguments.depth, arguments.camera):
+        raise ValueError("expected --rgb, --depth and --camera, or --cloud")
+    else:
+        frame = read_images(arguments.rgb, arguments.depth, arguments.depth_scale, arguments.camera)
+    detector = Detector(ModelLibrary.of(ObjectDatabase.load(arguments.models)), config)
+    start = time.process_time()
+    findings = detector.find(frame)
+    seconds = time.process_time() - start
+    if arguments.picture is not None:
+        picture(frame, findings, detector, arguments.picture)
+    return {
+        "objects": report(findings, detector, T_out_camera),
+        "seconds": seconds,
+        "hypotheses": findings.hypotheses,
+    }

@@ -1,0 +1,1 @@
+"""The recogniser's figures: scenes, scores, peers, and the fit of its confidence."""

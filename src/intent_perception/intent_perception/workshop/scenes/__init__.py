@@ -1,0 +1,1 @@
+"""Rendered table-top scenes with a camera's noise."""

@@ -1,0 +1,1 @@
+"""Parametric makers of the shipped objects and of clutter."""

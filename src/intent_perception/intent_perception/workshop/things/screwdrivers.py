@@ -1,0 +1,241 @@
+"""Parametric screwdrivers: the shaft along z, the tip at the top.
+
+Each maker is one real kind of screwdriver; sizes are those of common products [m].
+"""
+
+import numpy as np
+
+from intent_perception.geometry.transforms import Array
+from intent_perception.objects.model import Functions, Part, Symmetry
+from intent_perception.workshop.things.designed_object import AXIS, Color, Draft, turns_about_z
+from intent_perception.workshop.things.solids import (
+    Piece,
+    along_x,
+    rod,
+    row,
+    union,
+)
+
+
+def _screwdriver(
+    grip: list[Array],
+    start: float,
+    length: float,
+    radius: float,
+    tip: str,
+    mass: float,
+    color: Color,
+    symmetry: Symmetry = AXIS,
+    square: bool = False,
+    times: int = 2,
+    extra: list[Piece] | None = None,
+    lobes: int = 6,
+) -> Draft:
+    """Return a screwdriver whose shaft leaves the handle at a height.
+
+    Args:
+        grip: cross-sections of the handle.
+        start: height at which the shaft leaves the handle [m].
+        length: length of shaft and tip [m].
+        radius: radius of the shaft [m].
+        tip: "flat" or "cross".
+        mass: mass [kg].
+        color: RGB.
+        symmetry: seen from the handle; the tip is too small to be seen.
+        square: whether the shaft is square.
+        times: roundings of the handle.
+        extra: more pieces of the handle.
+        lobes: grooves around the handle.
+    """
+    end = start + length
+    point = max(0.012, 3.0 * radius)
+    power = 5.0 if square else 2.0
+    shaft = [row(start - 0.015, radius, radius, power), row(end - point, radius, radius, power)]
+    if tip == "flat":
+        work = [
+            row(end - point - 0.001, radius, radius, power),
+            row(end - 0.5 * point, 1.15 * radius, 0.45 * radius, 3.0),
+            row(end, 1.15 * radius, 0.0005, 5.0),
+        ]
+    else:
+        work = [
+            row(end - point - 0.001, radius, radius, power),
+            row(end - 0.7 * point, 0.95 * radius, flute=0.25 * radius),
+            row(end - 0.15 * point, 0.55 * radius, flute=0.2 * radius),
+            row(end, 0.25 * radius, flute=0.05 * radius),
+        ]
+    pieces = [rod("handle", grip, times, lobes), *(extra or [])]
+    pieces += [rod("shaft", shaft, 0), rod("tip", work, 0, 4)]
+    return Draft(
+        mesh=union([mesh for mesh, _ in pieces]),
+        parts=tuple(part for _, parts in pieces for part in parts),
+        functions=Functions(
+            tip=np.array([0.0, 0.0, end]), handle=("handle",), functional=("shaft", "tip")
+        ),
+        symmetry=symmetry,
+        mass=mass,
+        friction=0.6,
+        color=color,
+        upright=False,
+    )
+
+
+def _turned(sizes: list[tuple[float, float, float]], power: float = 2.0) -> list[Array]:
+    """Return rows of a turned handle from (z, radius, depth of the grooves)."""
+    return [row(z, r, r, power, flute=depth) for z, r, depth in sizes]
+
+
+def slotted_screwdriver() -> Draft:
+    """Return a common flat screwdriver with a fluted plastic handle."""
+    grip = _turned(
+        [
+            (0.0, 0.0110, 0.0),
+            (0.004, 0.0155, 0.0),
+            (0.012, 0.0160, 0.0014),
+            (0.065, 0.0160, 0.0014),
+            (0.074, 0.0105, 0.0),
+            (0.086, 0.0105, 0.0),
+            (0.096, 0.0135, 0.0),
+            (0.100, 0.0100, 0.0),
+        ]
+    )
+    return _screwdriver(grip, 0.100, 0.100, 0.0030, "flat", 0.09, (0.90, 0.80, 0.10))
+
+
+def cross_screwdriver() -> Draft:
+    """Return a cross-head screwdriver with a pear-shaped two-part grip."""
+    grip = _turned(
+        [
+            (0.0, 0.0130, 0.0),
+            (0.003, 0.0165, 0.0),
+            (0.025, 0.0180, 0.0010),
+            (0.060, 0.0150, 0.0010),
+            (0.085, 0.0110, 0.0),
+            (0.102, 0.0130, 0.0),
+            (0.108, 0.0085, 0.0),
+        ]
+    )
+    return _screwdriver(grip, 0.108, 0.125, 0.0035, "cross", 0.12, (0.80, 0.10, 0.12), lobes=3)
+
+
+def long_screwdriver() -> Draft:
+    """Return a long mechanic's screwdriver."""
+    grip = _turned(
+        [
+            (0.0, 0.0140, 0.0),
+            (0.004, 0.0175, 0.0),
+            (0.014, 0.0180, 0.0015),
+            (0.085, 0.0175, 0.0015),
+            (0.096, 0.0120, 0.0),
+            (0.110, 0.0150, 0.0),
+            (0.118, 0.0110, 0.0),
+        ]
+    )
+    return _screwdriver(grip, 0.118, 0.200, 0.0040, "flat", 0.19, (0.10, 0.35, 0.75), lobes=8)
+
+
+def stubby_screwdriver() -> Draft:
+    """Return a short thick screwdriver."""
+    grip = _turned(
+        [
+            (0.0, 0.0150, 0.0),
+            (0.004, 0.0185, 0.0),
+            (0.012, 0.0195, 0.0014),
+            (0.040, 0.0190, 0.0014),
+            (0.050, 0.0130, 0.0),
+            (0.058, 0.0110, 0.0),
+        ]
+    )
+    return _screwdriver(grip, 0.058, 0.040, 0.0032, "cross", 0.07, (0.95, 0.50, 0.10))
+
+
+def precision_screwdriver() -> Draft:
+    """Return a slim screwdriver with a turning cap."""
+    grip = _turned(
+        [
+            (0.0, 0.0080, 0.0),
+            (0.003, 0.0085, 0.0),
+            (0.008, 0.0085, 0.0),
+            (0.010, 0.0050, 0.0),
+            (0.014, 0.0058, 0.0),
+            (0.070, 0.0062, 0.0),
+            (0.086, 0.0040, 0.0),
+        ]
+    )
+    return _screwdriver(grip, 0.086, 0.060, 0.0018, "flat", 0.035, (0.62, 0.65, 0.70))
+
+
+def t_handle_screwdriver() -> Draft:
+    """Return a screwdriver with a bar across the shaft."""
+    bar, parts = rod(
+        "handle",
+        [
+            row(-0.046, 0.0070, 0.0070),
+            row(-0.043, 0.0100, 0.0095),
+            row(0.0, 0.0115, 0.0110),
+            row(0.043, 0.0100, 0.0095),
+            row(0.046, 0.0070, 0.0070),
+        ],
+    )
+    across = (along_x(bar, 0.012), [Part(p.name, along_x(p.mesh, 0.012)) for p in parts])
+    grip = _turned([(0.006, 0.0095, 0.0), (0.020, 0.0095, 0.0), (0.040, 0.0065, 0.0)])
+    return _screwdriver(
+        grip,
+        0.040,
+        0.120,
+        0.0032,
+        "cross",
+        0.11,
+        (0.25, 0.60, 0.30),
+        turns_about_z(2),
+        extra=[across],
+    )
+
+
+def ratchet_screwdriver() -> Draft:
+    """Return a bit driver with a bulb grip and a collar."""
+    grip = _turned(
+        [
+            (0.0, 0.0120, 0.0),
+            (0.003, 0.0175, 0.0),
+            (0.022, 0.0215, 0.0012),
+            (0.048, 0.0185, 0.0012),
+            (0.072, 0.0120, 0.0),
+            (0.082, 0.0120, 0.0),
+            (0.084, 0.0150, 0.0),
+            (0.104, 0.0150, 0.0),
+            (0.106, 0.0080, 0.0),
+            (0.112, 0.0075, 0.0),
+        ]
+    )
+    return _screwdriver(grip, 0.112, 0.085, 0.0045, "cross", 0.21, (0.45, 0.20, 0.60))
+
+
+def heavy_screwdriver() -> Draft:
+    """Return a square-shafted screwdriver with a wooden handle and steel cap."""
+    grip = [
+        row(0.0, 0.0120, 0.0120),
+        row(0.002, 0.0145, 0.0145),
+        row(0.010, 0.0145, 0.0145),
+        row(0.012, 0.0165, 0.0135, 2.4),
+        row(0.050, 0.0195, 0.0150, 2.4),
+        row(0.090, 0.0150, 0.0125, 2.4),
+        row(0.110, 0.0120, 0.0110),
+        row(0.122, 0.0120, 0.0120),
+        row(0.124, 0.0095, 0.0095),
+    ]
+    return _screwdriver(
+        grip, 0.124, 0.155, 0.0042, "flat", 0.24, (0.65, 0.40, 0.18), turns_about_z(2), square=True
+    )
+
+
+SCREWDRIVERS = (
+    slotted_screwdriver,
+    cross_screwdriver,
+    long_screwdriver,
+    stubby_screwdriver,
+    precision_screwdriver,
+    t_handle_screwdriver,
+    ratchet_screwdriver,
+    heavy_screwdriver,
+)
