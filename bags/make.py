@@ -28,11 +28,11 @@ from intent_perception.geometry.transforms import (  # noqa: E402
     rotation_from_vector,
 )
 from intent_perception.objects.database import ObjectDatabase, ObjectModel  # noqa: E402
-from intent_tracking.demonstrator import Set, all_seen, film, sample_set, still_life  # noqa: E402
-from intent_tracking.demonstrator_grasp import Grasp  # noqa: E402
-from intent_tracking.demonstrator_hand import sample_hand  # noqa: E402
-from intent_tracking.demonstrator_script import Script, rehearse  # noqa: E402
-from intent_tracking.demonstrator_skin import make_skin  # noqa: E402
+from intent_tracking.workshop.person.acting.person_grasp import Grasp  # noqa: E402
+from intent_tracking.workshop.person.acting.script import Script, rehearse  # noqa: E402
+from intent_tracking.workshop.person.body.person_hand import sample_hand  # noqa: E402
+from intent_tracking.workshop.person.body.skin import make_skin  # noqa: E402
+from intent_tracking.workshop.person.filming.film import Set, all_seen, film, sample_set, still_life  # noqa: E402
 
 GENERATED = ROOT / "bags" / "generated"
 

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from intent_tracking.demonstrator_script import Act, Scenario
-from intent_tracking.demonstrator_tasks import Pace
+from intent_tracking.workshop.person.acting.script import Act, Scenario
+from intent_tracking.workshop.person.acting.task_moves import Pace
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.labels import TASKS, TaskLabel, label_grasp
 from intent_inference.simulation.task_object import TaskObject
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.demonstrator_grasp import Grasp
+from intent_tracking.workshop.person.acting.person_grasp import Grasp
 
 _HAND = GraspingHand.load("human")
 _OBJECTS: dict[str, TaskObject] = {}

@@ -18,10 +18,10 @@ from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import inverse, transform_points
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects, Recognizer
-from intent_tracking.grasp import GraspDetector, StableGrasp
-from intent_tracking.hand import HandModel
-from intent_tracking.scene import SceneState
-from intent_tracking.tracker import Tracker
+from intent_tracking.grasp.grasp_detector import GraspDetector, StableGrasp
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.scene_state import SceneState
+from intent_tracking.tracker.tracker import Tracker
 
 ROOT = Path(__file__).resolve().parent.parent
 DATA = ROOT / "src/intent_inference/intent_inference/share/data/human.csv.gz"

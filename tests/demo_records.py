@@ -10,10 +10,10 @@ from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.transforms import look_at, make_pose, vector_from_pose
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
-from intent_tracking.features import GraspFeatures
-from intent_tracking.grasp import StableGrasp
-from intent_tracking.hand import HandModel
-from intent_tracking.scene import SceneState
+from intent_tracking.grasp.grasp_detector import StableGrasp
+from intent_tracking.grasp.grasp_features import GraspFeatures
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.scene_state import SceneState
 
 TASKS = ("hand-over", "pouring", "tool-use", "dish-washing")
 NAMES = ("mug_1", "bottle_2")

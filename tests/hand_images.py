@@ -2,19 +2,19 @@
 
 import numpy as np
 
-from intent_tracking.hand import LIMITS, HandModel
-from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
-from intent_tracking.objective import (
+from intent_tracking.fit.objective import (
     FORTH_PENETRATION_WEIGHT,
     KINEMATIC_WEIGHT,
-    Labelled,
     draw_objects,
     finger_crossing,
     forth_cost,
     forth_sums,
     penetration,
 )
-from intent_tracking.raster import FAR, draw_capsule
+from intent_tracking.image.frame_evidence import Labelled
+from intent_tracking.scene.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
+from intent_tracking.scene.hand_model import LIMITS, HandModel
+from intent_tracking.scene.raster import FAR, draw_capsule
 
 SIZE = 64
 ORIGIN, STEP = np.float32(-0.18), np.float32(0.36 / SIZE)

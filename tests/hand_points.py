@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from intent_tracking.evidence import Evidence, Prior, Weights
-from intent_tracking.hand import LIMITS, HandModel
-from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
-from intent_tracking.posture import shipped_posture
+from intent_tracking.image.frame_evidence import Evidence, Prior, Weights
+from intent_tracking.scene.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
+from intent_tracking.scene.hand_model import LIMITS, HandModel
+from intent_tracking.scene.posture_prior import shipped_posture
 
 F = np.float32
 WEIGHTS = Weights(*map(F, (0.02, 0.0, 0.0, 2.0, 0.0, 1.0, 2e-4, 2e-4, 5e-4, 0.0, 0.0)))

@@ -17,7 +17,7 @@ from intent_inference.simulation.hypotheses import Hypothesis, approaches
 from intent_inference.simulation.task_object import TaskObject
 from intent_inference.simulation.urdf import table_from_urdf, urdf_text
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.joint_table import link_poses, placed_capsules
+from intent_tracking.scene.joint_table import link_poses, placed_capsules
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_perception.geometry.mesh import Mesh, convex_hull
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
-from intent_tracking.joint_table import placed_capsules
+from intent_tracking.scene.joint_table import placed_capsules
 
 DOWN = rotation_from_vector([np.pi, 0.0, 0.0])
 OPEN = np.zeros((1, 7))

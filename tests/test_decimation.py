@@ -4,7 +4,7 @@ import pytest
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.decimation import decimated
+from intent_tracking.scene.decimation import decimated
 
 
 @pytest.fixture(scope="module")

@@ -9,13 +9,24 @@ import pytest
 
 from intent_perception.geometry.transforms import inverse, transform_points
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.demonstrator_approach import approaches, leaves_function_free
-from intent_tracking.demonstrator_grasp import Grasp, Taker, load_residual
-from intent_tracking.demonstrator_hand import LOWER, UPPER, DemonstratorHand, sample_hand
-from intent_tracking.demonstrator_motion import Choreography, mirrored
-from intent_tracking.demonstrator_skin import REST, Skin, blended_motion, make_skin, wrist_turn
-from intent_tracking.demonstrator_solid import graspable
-from intent_tracking.hand import HandModel
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.workshop.person.acting.approach import approaches, leaves_function_free
+from intent_tracking.workshop.person.acting.hand_motion import Choreography, mirrored
+from intent_tracking.workshop.person.acting.person_grasp import Grasp, Taker, load_residual
+from intent_tracking.workshop.person.body.felt_solid import graspable
+from intent_tracking.workshop.person.body.person_hand import (
+    LOWER,
+    UPPER,
+    DemonstratorHand,
+    sample_hand,
+)
+from intent_tracking.workshop.person.body.skin import (
+    REST,
+    Skin,
+    blended_motion,
+    make_skin,
+    wrist_turn,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -55,7 +66,7 @@ def test_every_person_differs_from_the_tracked_hand_but_not_by_much() -> None:
 
 
 def test_the_tracker_does_not_import_the_demonstrator() -> None:
-    code = "import intent_tracking.tracker, sys; print(*sys.modules)"
+    code = "import intent_tracking.tracker.tracker, sys; print(*sys.modules)"
     path = ":".join(p for p in sys.path if p)
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -64,7 +75,7 @@ def test_the_tracker_does_not_import_the_demonstrator() -> None:
         check=True,
         env={"PYTHONPATH": path},
     )
-    assert "intent_tracking.tracker" in done.stdout
+    assert "intent_tracking.tracker.tracker" in done.stdout
     assert "demonstrator" not in done.stdout
 
 

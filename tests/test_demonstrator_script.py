@@ -5,11 +5,11 @@ import pytest
 
 from intent_perception.geometry.transforms import inverse, transform_points
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.demonstrator import CAMERA, all_seen, film, in_view, sample_set
-from intent_tracking.demonstrator_hand import sample_hand
-from intent_tracking.demonstrator_script import Act, Scenario, Script, rehearse
-from intent_tracking.demonstrator_skin import Skin, make_skin
-from intent_tracking.demonstrator_tasks import Pace
+from intent_tracking.workshop.person.acting.script import Act, Scenario, Script, rehearse
+from intent_tracking.workshop.person.acting.task_moves import Pace
+from intent_tracking.workshop.person.body.person_hand import sample_hand
+from intent_tracking.workshop.person.body.skin import Skin, make_skin
+from intent_tracking.workshop.person.filming.film import CAMERA, all_seen, film, in_view, sample_set
 
 pytestmark = pytest.mark.slow
 

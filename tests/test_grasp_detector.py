@@ -5,9 +5,9 @@ import pytest
 
 from intent_perception.geometry.transforms import inverse, pose_from_vector, vector_from_pose
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.grasp import GraspConfig, GraspDetector
-from intent_tracking.hand import HandModel
-from intent_tracking.scene import SceneState
+from intent_tracking.grasp.grasp_detector import GraspConfig, GraspDetector
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.scene_state import SceneState
 
 FRAME = 33_333_333
 OPEN = np.radians([-4, -45, 0, 0] + [0, 2, 8, 5] * 4)

@@ -5,14 +5,14 @@ import pytest
 
 from intent_perception.geometry.transforms import inverse, pose_from_vector
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.features import (
+from intent_tracking.grasp.grasp_features import (
     ObjectGeometry,
     as_right_hand,
     grasp_features,
     hand_distances,
     palm_center,
 )
-from intent_tracking.hand import HandModel
+from intent_tracking.scene.hand_model import HandModel
 
 WRAP = np.radians([-4, -15, 35, 30] + [0, 55, 60, 40] * 4)
 T_OBJECT_HAND = pose_from_vector([-0.10, -0.055, 0.02, np.pi / 2, 0.05, 0.02])

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from intent_tracking.hand import FINGERS, JOINT_NAMES, LANDMARK_NAMES, LIMITS, HandModel
-from intent_tracking.joint_table import link_poses
+from intent_tracking.scene.hand_model import FINGERS, JOINT_NAMES, LANDMARK_NAMES, LIMITS, HandModel
+from intent_tracking.scene.joint_table import link_poses
 
 FLEXED = np.radians([0, 0, 0, 0] + [0, 60, 60, 40] * 4)
 

@@ -2,10 +2,7 @@ import numpy as np
 import pytest
 from tests.hand_points import WEIGHTS, F, hand_pose, observed, prior_of
 
-from intent_tracking.body_state import BodyState
-from intent_tracking.hand import HandModel
-from intent_tracking.hand_kernel import hand_arrays
-from intent_tracking.hand_shape import (
+from intent_tracking.fit.hand_shape import (
     HandShapeConfig,
     HandShapeEstimate,
     load_shape,
@@ -13,8 +10,11 @@ from intent_tracking.hand_shape import (
     shape_directions,
     shaped_hand,
 )
-from intent_tracking.object_kernel import object_arrays
-from intent_tracking.refinement import refine
+from intent_tracking.fit.refinement import refine
+from intent_tracking.scene.body_state import BodyState
+from intent_tracking.scene.hand_kernel import hand_arrays
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.object_kernel import object_arrays
 
 SHAPE = np.r_[1.06, 0.93, np.random.default_rng(0).uniform(0.95, 1.05, 20)]
 

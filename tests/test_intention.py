@@ -12,10 +12,10 @@ from intent_inference.learning.fitting import Recipe, TrainingConfig, train
 from intent_inference.storage import ModelFileError
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector, vector_from_pose
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.features import GraspFeatures
-from intent_tracking.grasp import StableGrasp
-from intent_tracking.hand import HandModel
-from intent_tracking.scene import SceneState
+from intent_tracking.grasp.grasp_detector import StableGrasp
+from intent_tracking.grasp.grasp_features import GraspFeatures
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.scene_state import SceneState
 
 OBJECT = "mug_0"
 ON_TABLE = make_pose(np.eye(3), [0.0, 0.0, 0.05])

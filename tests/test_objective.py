@@ -13,17 +13,18 @@ from tests.hand_images import (
 
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.hand import HandModel
-from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand
-from intent_tracking.object_kernel import (
+from intent_tracking.fit.objective import forth_costs
+from intent_tracking.image.frame_evidence import Labelled
+from intent_tracking.scene.hand_kernel import hand_arrays, hand_buffers, place_hand
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.object_kernel import (
     geometry_of,
     object_arrays,
     object_distances,
     off_grid,
     signed_distance,
 )
-from intent_tracking.objective import Labelled, forth_costs
-from intent_tracking.raster import FAR, draw_capsule, draw_mesh
+from intent_tracking.scene.raster import FAR, draw_capsule, draw_mesh
 
 
 @pytest.mark.parametrize("side", ["right", "left"])

@@ -56,7 +56,7 @@ def test_a_parallel_gripper_plans_for_the_object_that_fits_the_task(
 
 
 def test_the_pads_of_the_gripper_stay_parallel() -> None:
-    from intent_tracking.joint_table import link_poses
+    from intent_tracking.scene.joint_table import link_poses
 
     table = GraspingHand.load(GRIPPER).table
     poses = link_poses(table, np.array([[-0.5, -0.5], [0.3, 0.1]]))

@@ -1,7 +1,8 @@
 import numpy as np
 
-from intent_tracking.hand import LIMITS
-from intent_tracking.posture import OPEN, posture_of, shipped_posture, surprise
+from intent_tracking.scene.hand_model import LIMITS
+from intent_tracking.scene.posture_prior import shipped_posture, surprise
+from intent_tracking.workshop.figures.posture_fit import OPEN, posture_of
 
 
 def test_the_mean_posture_surprises_least():

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from tests.hand_points import WEIGHTS, F, hand_pose, observed, prior_of
 
-from intent_tracking.hand import HandModel
-from intent_tracking.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
-from intent_tracking.normal_equations import linearize
-from intent_tracking.object_kernel import object_arrays
-from intent_tracking.refinement import refine
-from intent_tracking.track_config import TrackConfig
-from intent_tracking.wrenches import WRENCH
+from intent_tracking.fit.normal_equations import linearize
+from intent_tracking.fit.refinement import refine
+from intent_tracking.fit.wrenches import WRENCH
+from intent_tracking.scene.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.object_kernel import object_arrays
+from intent_tracking.tracker.track_config import TrackConfig
 
 
 def linearized(evidence, prior, state, rotation):

@@ -12,14 +12,14 @@ from tests.hand_images import (
 )
 
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.hand import HandModel
-from intent_tracking.hand_kernel import hand_arrays, new_hand_buffers, place_hand
-from intent_tracking.inverse_depth import PADDING, draw_capsule, draw_meshes, mesh_arrays
-from intent_tracking.object_kernel import geometry_of, object_arrays
-from intent_tracking.objective import penetration, turn_bodies
-from intent_tracking.packed_objects import PackedObjects
-from intent_tracking.pso import fly, remember
-from intent_tracking.swarm_cost import joint_costs, near_penetration, sums_of_nothing
+from intent_tracking.fit.objective import penetration, turn_bodies
+from intent_tracking.fit.pso import fly, remember
+from intent_tracking.fit.swarm_cost import joint_costs, near_penetration, sums_of_nothing
+from intent_tracking.scene.hand_kernel import hand_arrays, new_hand_buffers, place_hand
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.inverse_depth import PADDING, draw_capsule, draw_meshes, mesh_arrays
+from intent_tracking.scene.object_kernel import geometry_of, object_arrays
+from intent_tracking.scene.packed_objects import PackedObjects
 
 IDENTITIES = np.tile(np.eye(3, dtype=np.float32), (2, 1, 1))
 

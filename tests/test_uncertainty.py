@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from intent_tracking.body_state import start_state
-from intent_tracking.scene import HAND_SIZE
-from intent_tracking.scene_track import Fit
-from intent_tracking.uncertainty import COST_DEPTH, HAND_FLOOR, PARTS, state_deviation
+from intent_tracking.scene.body_state import start_state
+from intent_tracking.scene.scene_state import HAND_SIZE
+from intent_tracking.tracker.scene_track import Fit
+from intent_tracking.tracker.uncertainty import COST_DEPTH, HAND_FLOOR, PARTS, state_deviation
 
 
 def fitted(cost, normal=None, objects=0):

@@ -32,8 +32,8 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "tracker = intent_tracking.tracker_node:main",
-            "grasp_detector = intent_tracking.grasp_detector_node:main",
+            "tracker = intent_tracking.ros.tracker_node:main",
+            "grasp_detector = intent_tracking.ros.grasp_detector_node:main",
         ],
     },
 )

@@ -18,10 +18,10 @@ from intent_perception.ros.convert import (
     pose_from_msg,
     pose_to_msg,
 )
-from intent_tracking.convert import grasp_from_msg, grasp_to_msg, state_from_msg, state_to_msg
-from intent_tracking.features import GraspFeatures
-from intent_tracking.grasp import StableGrasp
-from intent_tracking.scene import SceneState
+from intent_tracking.grasp.grasp_detector import StableGrasp
+from intent_tracking.grasp.grasp_features import GraspFeatures
+from intent_tracking.ros.convert import grasp_from_msg, grasp_to_msg, state_from_msg, state_to_msg
+from intent_tracking.scene.scene_state import SceneState
 
 POSE = make_pose(rotation_from_vector(np.array([0.3, -0.2, 1.0])), np.array([0.1, -0.2, 0.3]))
 STAMP = 1_234_567_890_123_456_789

@@ -11,9 +11,9 @@ from tests.ros.harness import Graph, Probe
 from intent_inference.convert import posterior_from_msg
 from intent_inference.learning.fitting import Recipe, TrainingConfig, train
 from intent_perception.ros.node import LATCHED
-from intent_tracking.convert import grasp_to_msg
-from intent_tracking.features import GraspFeatures
-from intent_tracking.grasp import StableGrasp as Grasp
+from intent_tracking.grasp.grasp_detector import StableGrasp as Grasp
+from intent_tracking.grasp.grasp_features import GraspFeatures
+from intent_tracking.ros.convert import grasp_to_msg
 
 
 def test_a_task_added_as_a_label_column_reaches_the_topic(

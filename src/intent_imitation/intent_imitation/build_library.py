@@ -21,7 +21,7 @@ from intent_inference.simulation.grasping_hand import GraspingHand
 from intent_inference.simulation.simulated_grasp import SimulatedGrasp, load_grasps
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
-from intent_tracking.features import ObjectGeometry
+from intent_tracking.grasp.grasp_features import ObjectGeometry
 
 _SHIFT, _TURN = 0.03, 0.5
 """A wrist shift [m] and a turn [rad] that count as equally different."""

@@ -26,7 +26,7 @@ from intent_inference.convert import posterior_from_msg
 from intent_perception.bags.frame_assembly import stamp_of
 from intent_perception.ros.convert import objects_from_msg
 from intent_perception.ros.node import LATCHED, RESULTS
-from intent_tracking.convert import grasp_from_msg, state_from_msg
+from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
 
 _NODES = ("tracker", "grasp_detector", "inference")
 _QUIET = 10.0  # seconds without a message after which an answer that is due will not come

@@ -14,8 +14,8 @@ from intent_imitation.pictures import Body, Image, Tag, annotate, studio, write_
 from intent_inference.simulation.schunk import schunk_hand
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.transforms import Array, inverse, look_at, transform_points
-from intent_tracking.hand import HandModel
-from intent_tracking.joint_table import JointTable
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.joint_table import JointTable
 
 _SKIN = (0.91, 0.72, 0.60)
 _STEEL = (0.62, 0.65, 0.70)

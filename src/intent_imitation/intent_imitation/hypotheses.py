@@ -14,7 +14,7 @@ from intent_inference.simulation.task_object import TaskObject
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.geometry.transforms import quaternion_from_rotation
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
-from intent_tracking.features import palm_center
+from intent_tracking.grasp.grasp_features import palm_center
 
 
 @dataclass(frozen=True, eq=False)

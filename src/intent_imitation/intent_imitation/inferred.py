@@ -23,7 +23,7 @@ from intent_inference.simulation.task_object import TaskObject
 from intent_inference.variables import coordinates_of
 from intent_perception.geometry.transforms import make_pose, rotation_from_quaternion
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.features import palm_center
+from intent_tracking.grasp.grasp_features import palm_center
 
 METHODS = ("component", "expected")
 """Eq. (2) at its likeliest component, on the manifold; Eq. (3), the expected value."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from intent_imitation.kinds import Kinds
 from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_tracking.features import ObjectGeometry, grasp_features
+from intent_tracking.grasp.grasp_features import ObjectGeometry, grasp_features
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.transforms import Array, inverse, transform_points
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObjects
-from intent_tracking.scene import SceneState
+from intent_tracking.scene.scene_state import SceneState
 
 OBJECT_COLORS = (
     (0.13, 0.55, 0.93),

@@ -12,8 +12,8 @@ from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import quaternion_from_rotation
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObjects
-from intent_tracking.grasp import StableGrasp
-from intent_tracking.scene import SceneState
+from intent_tracking.grasp.grasp_detector import StableGrasp
+from intent_tracking.scene.scene_state import SceneState
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from intent_inference.variables import OBJECT_CLASS, VARIABLES
 
 if TYPE_CHECKING:
-    from intent_tracking.features import GraspFeatures
+    from intent_tracking.grasp.grasp_features import GraspFeatures
 
 Features = dict[str, NDArray[Any]]
 """Variable of Table I to values (N, D); `obcl` to names (N,), "" where unknown. A row with NaN and

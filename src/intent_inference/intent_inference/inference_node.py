@@ -7,7 +7,7 @@ from intent_msgs.msg import SceneState, StableGrasp, TaskPosterior
 from intent_inference.convert import posterior_to_msg
 from intent_inference.intention import InferenceConfig, IntentionEstimator
 from intent_perception.ros.node import LATCHED, RESULTS, IntentNode, declared, run
-from intent_tracking.convert import grasp_from_msg, state_from_msg
+from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
 
 
 class InferenceNode(IntentNode):

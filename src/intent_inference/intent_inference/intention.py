@@ -13,8 +13,8 @@ from intent_inference.reach import ReachConfig, ReachFilter
 from intent_inference.variables import OBJECT_CLASS
 from intent_perception.geometry.transforms import Array
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.grasp import StableGrasp
-from intent_tracking.scene import SceneState
+from intent_tracking.grasp.grasp_detector import StableGrasp
+from intent_tracking.scene.scene_state import SceneState
 
 
 @dataclass(frozen=True)

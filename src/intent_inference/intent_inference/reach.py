@@ -20,9 +20,14 @@ from intent_perception.geometry.transforms import (
     transform_points,
 )
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.features import GraspFeatures, ObjectGeometry, as_right_hand, palm_center
-from intent_tracking.hand import HandModel, Side
-from intent_tracking.scene import HAND_SIZE, SceneState
+from intent_tracking.grasp.grasp_features import (
+    GraspFeatures,
+    ObjectGeometry,
+    as_right_hand,
+    palm_center,
+)
+from intent_tracking.scene.hand_model import HandModel, Side
+from intent_tracking.scene.scene_state import HAND_SIZE, SceneState
 
 
 @dataclass(frozen=True)

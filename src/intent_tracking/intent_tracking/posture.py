@@ -1,80 +1,8 @@
-"""How human fingers are bent when they reach and grasp: a prior for those that nobody sees.
+"""Command: `python -m intent_tracking.posture`."""
 
-A Gaussian over the 20 joint angles, learned from simulated human grasps and postures on the way
-from an open hand to them. It is wide where seen fingers decide, and carries what goes together:
-neighbouring fingers, both outer joints of one finger, thumb against fingers.
-
-Command: python -m intent_tracking.posture D.csv.gz [--out F.npz]
-with the table of `intent_inference.simulate --hand human`; without --out the shipped file.
-"""
-
-import argparse
-import csv
-import gzip
 import sys
-from functools import cache
-from pathlib import Path
-from typing import NamedTuple
 
-import numpy as np
-
-from intent_perception.geometry.transforms import Array
-from intent_tracking.hand_kernel import Single
-
-SHIPPED = Path(__file__).parent / "share" / "posture.npz"
-OPEN: Array = np.radians(
-    [20, -15, 10, 10, 5, 10, 15, 10, 0, 10, 15, 10, -5, 10, 15, 10, -8, 10, 15, 10]
-)
-"""(20,) relaxed open hand [rad]."""
-_SLACK = np.radians(10.0)
-"""Deviation of every angle beside the Gaussian: people differ, and tasks from grasps [rad]."""
-
-
-class Posture(NamedTuple):
-    """A Gaussian over the joint angles."""
-
-    mean: Single
-    """(20,) [rad]."""
-    precision: Single
-    """(20, 20) [1 / rad^2]."""
-
-
-def posture_of(grasps: Array, rng: np.random.Generator) -> Posture:
-    """Return the Gaussian of grasps (G, 20) [rad] and the ways to them."""
-    share = rng.uniform(0.0, 1.0, (len(grasps), 1))
-    postures = np.concatenate([grasps, OPEN + share * (grasps - OPEN)])
-    covariance = np.cov(postures.T) + _SLACK**2 * np.eye(20)
-    precision = np.linalg.inv(covariance)
-    return Posture(postures.mean(axis=0).astype(np.float32), precision.astype(np.float32))
-
-
-@cache
-def shipped_posture() -> Posture:
-    """Return the prior that comes with the package."""
-    with np.load(SHIPPED, allow_pickle=False) as data:
-        return Posture(data["mean"], data["precision"])
-
-
-def surprise(posture: Posture, angles: Single) -> float:
-    """Return the squared Mahalanobis distance of angles (20,) from the mean."""
-    offset = angles - posture.mean
-    return float(offset @ posture.precision @ offset)
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Learn the prior from a table of simulated grasps; return the exit status."""
-    parser = argparse.ArgumentParser(prog="intent_tracking.posture", description=__doc__)
-    parser.add_argument("data", type=Path, help="table of simulated human grasps (CSV, gzip)")
-    parser.add_argument("--out", type=Path, default=SHIPPED)
-    options = parser.parse_args(arguments)
-    with gzip.open(options.data, "rt", encoding="utf-8") as file:
-        rows = [[float(row[f"fcon_{n}"]) for n in range(20)] for row in csv.DictReader(file)]
-    posture = posture_of(np.array(rows), np.random.default_rng(0))
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(options.out, allow_pickle=False, mean=posture.mean, precision=posture.precision)
-    sys.stdout.write(f"{len(rows)} grasps: {options.out}\n")
-    return 0
-
+from intent_tracking.workshop.figures.posture_fit import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -1,53 +1,8 @@
-"""Command: hand and objects through a whole bag.
+"""Command: `python -m intent_tracking.track`."""
 
-python -m intent_tracking.track BAG [--models DB] [--objects ID,...] [--method hybrid|pso]
-    [--seed S] [--shape F.npz] [--save-shape F.npz] --out F.npz
-"""
-
-import argparse
 import sys
-from pathlib import Path
 
-import numpy as np
-
-from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.hand_shape import HandShapeConfig, save_shape
-from intent_tracking.recording import track_bag
-from intent_tracking.tracker import TrackerConfig
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the command; return its exit status."""
-    parser = argparse.ArgumentParser(prog="intent_tracking.track", description=__doc__)
-    parser.add_argument("bag", type=Path, help="rosbag2 folder with RGB-D images")
-    parser.add_argument("--models", help="object database: YAML file or folder (shipped: 48)")
-    parser.add_argument("--objects", default="", help="names of the only objects, comma separated")
-    parser.add_argument("--method", choices=("hybrid", "pso"), default="hybrid")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--shape", default="", help="NPZ with the hand shape to start from")
-    parser.add_argument("--save-shape", type=Path, help="NPZ that the calibrated shape is kept in")
-    parser.add_argument("--out", type=Path, required=True, help="NPZ file of the result")
-    options = parser.parse_args(arguments)
-    chosen = tuple(name for name in options.objects.split(",") if name)
-    try:
-        database = ObjectDatabase.load(options.models)
-        shape = HandShapeConfig(file=options.shape)
-        config = TrackerConfig(method=options.method, seed=options.seed, shape=shape)
-        recording = track_bag(options.bag, database, config, chosen)
-    except ValueError as error:
-        print(f"track: {error}", file=sys.stderr)
-        return 2
-    if options.save_shape:
-        last = recording.states[-1]
-        save_shape(options.save_shape, last.hand_side, last.hand_shape)
-    np.savez_compressed(options.out, allow_pickle=False, **recording.arrays)
-    lost = sum(state.hand_lost for state in recording.states)
-    print(
-        f"{len(recording.states)} frames, {lost} with a hand that is lost, "
-        f"{1e3 * recording.seconds.mean():.1f} ms CPU per frame: {options.out}"
-    )
-    return 0
-
+from intent_tracking.tracker.track_command import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -22,11 +22,9 @@ from intent_perception.geometry.transforms import Array
 from intent_perception.objects.model import Functions, ObjectModel, Part
 from intent_perception.workshop.things.designed_object import Draft, finish
 from intent_perception.workshop.things.object_catalogue import MAKERS
-from intent_tracking.demonstrator_arm import Body
-from intent_tracking.demonstrator_grasp import Grasp, Taker
-from intent_tracking.demonstrator_hand import sample_hand
-from intent_tracking.demonstrator_reach import Reach, plan_reaches
-from intent_tracking.demonstrator_script import (
+from intent_tracking.workshop.person.acting.person_grasp import Grasp, Taker
+from intent_tracking.workshop.person.acting.reaching import Reach, plan_reaches
+from intent_tracking.workshop.person.acting.script import (
     Act,
     Scenario,
     Script,
@@ -34,8 +32,10 @@ from intent_tracking.demonstrator_script import (
     sample_body,
     sample_spots,
 )
-from intent_tracking.demonstrator_skin import Skin, make_skin
-from intent_tracking.demonstrator_solid import graspable
+from intent_tracking.workshop.person.body.felt_solid import graspable
+from intent_tracking.workshop.person.body.person_arm import Body
+from intent_tracking.workshop.person.body.person_hand import sample_hand
+from intent_tracking.workshop.person.body.skin import Skin, make_skin
 
 SHOWN = {
     "mug": {"pouring": 3, "dish-washing": 2, "hand-over": 1},

@@ -22,12 +22,12 @@ from intent_perception.geometry.transforms import (
 )
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
-from intent_tracking.demonstrator import CAMERA, Set, Shot, film, sample_set
-from intent_tracking.demonstrator_script import Script
-from intent_tracking.features import ObjectGeometry
-from intent_tracking.grasp import GraspDetector, StableGrasp
-from intent_tracking.scene import SceneState
-from intent_tracking.tracker import Tracker
+from intent_tracking.grasp.grasp_detector import GraspDetector, StableGrasp
+from intent_tracking.grasp.grasp_features import ObjectGeometry
+from intent_tracking.scene.scene_state import SceneState
+from intent_tracking.tracker.tracker import Tracker
+from intent_tracking.workshop.person.acting.script import Script
+from intent_tracking.workshop.person.filming.film import CAMERA, Set, Shot, film, sample_set
 
 _BEFORE = 6
 """Frames that are filmed before the hand comes into the picture."""

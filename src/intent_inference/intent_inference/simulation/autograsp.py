@@ -12,7 +12,7 @@ from intent_inference.simulation.closing import measure_spheres, place_spheres, 
 from intent_inference.simulation.grasping_hand import Floats, GraspingHand
 from intent_inference.simulation.hypotheses import Hypothesis
 from intent_perception.geometry.sdf import SignedDistance
-from intent_tracking.joint_table import Array
+from intent_tracking.scene.joint_table import Array
 
 
 class Fate(IntEnum):

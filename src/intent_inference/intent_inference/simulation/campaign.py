@@ -33,7 +33,7 @@ from intent_inference.simulation.simulated_grasp import (
 from intent_inference.simulation.stability import ShakeConfig
 from intent_inference.simulation.task_object import TaskObject
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
-from intent_tracking.joint_table import Array
+from intent_tracking.scene.joint_table import Array
 
 SETTINGS = Path(__file__).parents[1] / "share" / "simulation.yaml"
 BACKENDS = ("loky", "threading", "dask", "ray")

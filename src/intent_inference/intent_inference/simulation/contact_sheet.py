@@ -13,7 +13,7 @@ from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.mesh import Mesh, convex_hull, merge_meshes
 from intent_perception.geometry.rendering import render
 from intent_perception.geometry.transforms import inverse, look_at
-from intent_tracking.joint_table import Array, JointTable, link_poses, placed_capsules
+from intent_tracking.scene.joint_table import Array, JointTable, link_poses, placed_capsules
 
 Image = NDArray[np.uint8]
 

@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 from intent_inference.simulation.grasping_hand import Floats, GraspingHand
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.geometry.transforms import transform_points
-from intent_tracking.joint_table import Array
+from intent_tracking.scene.joint_table import Array
 
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 _NEAR = 0.0018

@@ -14,8 +14,8 @@ from intent_inference.simulation.labels import TASKS, TaskLabel, label_grasp
 from intent_inference.simulation.simulated_grasp import SimulatedGrasp
 from intent_inference.simulation.task_object import TaskObject
 from intent_perception.geometry.transforms import quaternion_from_rotation, rotation_from_quaternion
-from intent_tracking.features import GraspFeatures, grasp_features
-from intent_tracking.joint_table import Array
+from intent_tracking.grasp.grasp_features import GraspFeatures, grasp_features
+from intent_tracking.scene.joint_table import Array
 
 Row = dict[str, str | float | int]
 

@@ -18,7 +18,7 @@ from intent_inference.simulation.simulated_grasp import SimulatedGrasp
 from intent_inference.simulation.stability import ShakeConfig, ShakenGrasp, ShakeTest
 from intent_inference.simulation.task_object import TaskObject
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.joint_table import Array
+from intent_tracking.scene.joint_table import Array
 
 _ON_HANDLE = "on the handle"
 _TASK_WEIGHT = 2.0

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from intent_inference.simulation.schunk import schunk_hand
 from intent_inference.simulation.urdf import table_from_urdf
-from intent_tracking.hand import HandModel
-from intent_tracking.joint_table import Array, JointTable
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.joint_table import Array, JointTable
 
 HANDS = Path(__file__).parents[1] / "share" / "hands"
 Floats = NDArray[np.float32]

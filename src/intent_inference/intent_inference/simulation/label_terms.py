@@ -15,8 +15,8 @@ from intent_inference.simulation.receivers import ReceiverBank
 from intent_inference.simulation.task_object import TaskObject
 from intent_perception.geometry.transforms import rotation_from_vector
 from intent_perception.objects.database import Functions
-from intent_tracking.features import hand_distances
-from intent_tracking.joint_table import Array
+from intent_tracking.grasp.grasp_features import hand_distances
+from intent_tracking.scene.joint_table import Array
 
 GRAVITY = 9.81
 _TOOL_AXIS = np.array([0.0, 0.0, 1.0])

@@ -22,7 +22,7 @@ from intent_inference.simulation.label_terms import (
 )
 from intent_inference.simulation.receivers import receiver_bank, with_forearm
 from intent_inference.simulation.task_object import TaskObject
-from intent_tracking.joint_table import Array
+from intent_tracking.scene.joint_table import Array
 
 RULES = Path(__file__).parents[1] / "share" / "label_rules.yaml"
 TASKS = ("hand-over", "pouring", "tool-use", "dish-washing")

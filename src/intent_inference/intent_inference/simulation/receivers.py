@@ -14,7 +14,7 @@ from intent_inference.simulation.grasping_hand import Floats, GraspingHand
 from intent_inference.simulation.hypotheses import HypothesisSampler, approaches
 from intent_inference.simulation.task_object import TaskObject
 from intent_perception.geometry.transforms import transform_points
-from intent_tracking.joint_table import Array
+from intent_tracking.scene.joint_table import Array
 
 _COUNT = 120
 _TRIES = 3000

@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from intent_tracking.joint_table import Array, Capsules, JointTable, LinkBoxes
+from intent_tracking.scene.joint_table import Array, Capsules, JointTable, LinkBoxes
 
 JOINT_NAMES = (
     "knuckle",

@@ -25,7 +25,7 @@ from intent_perception.geometry.transforms import (
 )
 from intent_perception.geometry.transforms import quaternion_from_rotation as quaternion
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.joint_table import Array
+from intent_tracking.scene.joint_table import Array
 
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 

@@ -10,8 +10,8 @@ from intent_inference.simulation.contacts import Contacts
 from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.features import ObjectGeometry
-from intent_tracking.joint_table import Array
+from intent_tracking.grasp.grasp_features import ObjectGeometry
+from intent_tracking.scene.joint_table import Array
 
 
 class TaskObject:

@@ -1,0 +1,210 @@
+"""Hand-shape calibration: overall size, thickness and bone lengths from the first good frames.
+
+Every well-fitted frame gives normal equations in pose and shape. The pose is eliminated (Schur
+complement), so that a frame leaves 22 equations about the shape alone; their sum over frames and a
+prior around an average hand is a small bundle adjustment whose cost per frame does not grow:
+
+    (P + sum_f A_f) s = P s_0 + sum_f (A_f s_f + b_f),   A_f = J_ss - J_sp J_pp^-1 J_ps
+
+s_f is the shape with which frame f was fitted. P holds the deviations of grown-up hands; one point
+stands for `point_deviation`, and neighbouring frames, which repeat each other's errors, for less.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from intent_perception.geometry.transforms import Array
+from intent_tracking.fit.shape_equations import ShapeDirections, shape_equations
+from intent_tracking.image.frame_evidence import Evidence, Weights
+from intent_tracking.scene.body_state import BodyState
+from intent_tracking.scene.hand_kernel import HandArrays, Single, hand_arrays
+from intent_tracking.scene.hand_model import SHAPE_SIZE, HandModel, Side
+
+POSE = 26
+AVERAGE: Array = np.ones(SHAPE_SIZE)
+
+
+@dataclass(frozen=True, eq=False)
+class HandShapeConfig:
+    """When and how the hand's shape is calibrated."""
+
+    calibrate: bool = True
+    """Estimate scale, thickness and bone lengths over the first seconds of a hand."""
+    file: str = ""
+    """NPZ with a hand shape to start from, as `track --save-shape` writes it; empty: average."""
+    save: str = ""
+    """NPZ that the tracker's node keeps the calibrated shape in; empty: nowhere."""
+    frames: int = 90
+    """Well-fitted frames after which the shape is final."""
+    period: int = 6
+    """Well-fitted frames between two updates of the shape in use."""
+    first: int = 8
+    """Age in frames from which a track may speak for the shape."""
+    scale_deviation: float = 0.06
+    """Of the size of grown-up hands, as a share."""
+    thickness_deviation: float = 0.08
+    """Of fingers' thickness beside the size."""
+    bone_deviation: float = 0.03
+    """Of single bones beside the size."""
+    point_deviation: float = 0.006
+    """Deviation that one observed point stands for [m]."""
+    memory: float = 0.7
+    """Share of what is known that an update keeps: early frames were fitted with a wrong hand."""
+    frame_weight: float = 0.3
+    """Share of a frame's information that its neighbours do not hold already."""
+
+
+class HandShapeEstimate:
+    """The shape of one demonstrator's hand, better with every frame until it is final.
+
+    Raises:
+        ValueError: if the file of the configuration holds no hand shape.
+    """
+
+    def __init__(self, config: HandShapeConfig) -> None:
+        self._config = config
+        self._start = load_shape(config.file) if config.file else AVERAGE
+        self._begin(None)
+
+    def _begin(self, side: Side | None) -> None:
+        deviation = np.full(SHAPE_SIZE, self._config.bone_deviation)
+        deviation[:2] = self._config.scale_deviation, self._config.thickness_deviation
+        self.side, self.shape = side, self._start.copy()
+        self._prior: Array = np.diag(deviation**-2.0)
+        self._information: Array = np.zeros((SHAPE_SIZE, SHAPE_SIZE))
+        self._vector: Array = np.zeros(SHAPE_SIZE)
+        self.frames = 0
+        """Well-fitted frames so far."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether the shape has been calibrated to the end."""
+        return self._config.calibrate and self.frames >= self._config.frames
+
+    def learn(
+        self,
+        hand: HandModel,
+        arrays: HandArrays,
+        evidence: Evidence,
+        weights: Weights,
+        state: BodyState,
+    ) -> bool:
+        """Take note of a well-fitted frame; return whether the shape in use shall change.
+
+        Args:
+            hand: with which the frame was fitted. The other side begins a new estimate.
+            arrays: that hand for compiled code.
+            evidence: of the frame.
+            weights: of the refinement.
+            state: fitted hand, and objects that do not matter here.
+        """
+        if hand.side != self.side:
+            self._begin(hand.side)
+        if self.complete or not self._config.calibrate:
+            return False
+        matrix = np.empty((POSE + SHAPE_SIZE, POSE + SHAPE_SIZE), np.float32)
+        vector = np.empty(POSE + SHAPE_SIZE, np.float32)
+        shape_equations(
+            arrays, shape_directions(hand.side, hand.shape), evidence, weights,
+            state.values[:POSE], state.rotations[0], matrix, vector,
+        )  # fmt: skip
+        information, right = _without_pose(matrix, vector, float(weights.angle))
+        share = self._config.frame_weight / self._config.point_deviation**2
+        self._information += share * information
+        self._vector += share * (right + information @ hand.shape)
+        self.frames += 1
+        if self.frames % self._config.period and not self.complete:
+            return False
+        right = self._vector + self._prior @ self._start
+        self.shape = np.linalg.solve(self._prior + self._information, right)
+        self._information *= self._config.memory
+        self._vector *= self._config.memory
+        return True
+
+    @property
+    def deviation(self) -> Array:
+        """(22,) standard deviation of the shape."""
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self._prior + self._information))))
+
+
+def _without_pose(matrix: Single, vector: Single, ridge: float) -> tuple[Array, Array]:
+    """Return the information (22, 22) and right side (22,) of the shape alone."""
+    lower = np.tril(matrix.astype(np.float64))
+    full = lower + np.tril(lower, -1).T
+    pose = full[:POSE, :POSE] + np.diag([1e-3] * 6 + [ridge] * 20)
+    cross, right = full[POSE:, :POSE], vector.astype(np.float64)
+    solved = np.linalg.solve(pose, np.column_stack([cross.T, right[:POSE]]))
+    information = full[POSE:, POSE:] - cross @ solved[:, :-1]
+    return information, right[POSE:] - cross @ solved[:, -1]
+
+
+@cache
+def _unit_directions(side: Side) -> tuple[Single, ...]:
+    """Return (22, ...) the average hand, what thickness adds and what each bone factor adds.
+
+    In the order of `ShapeDirections`.
+    """
+    average = hand_arrays(HandModel(side))
+    hands = []
+    for number in range(1, SHAPE_SIZE):
+        shape = AVERAGE.copy()
+        shape[number] += 1.0
+        hands.append(hand_arrays(HandModel.from_shape(side, shape)))
+    return tuple(
+        np.stack(
+            [getattr(average, name), *(getattr(h, name) - getattr(average, name) for h in hands)]
+        )
+        for name in ShapeDirections._fields
+    )
+
+
+def shape_directions(side: Side, shape: Array) -> ShapeDirections:
+    """Return what each number of a hand shape (22,) adds to the hand, per unit.
+
+    Lengths are affine in bone factors and thickness, and proportional to the scale.
+    """
+    offset = np.concatenate([[1.0], np.asarray(shape)[1:] - 1.0]).astype(np.float32)
+    parts = []
+    for unit in _unit_directions(side):
+        part = unit * np.float32(shape[0])
+        part[0] = np.tensordot(offset, unit, 1)
+        parts.append(np.ascontiguousarray(part))
+    return ShapeDirections(*parts)
+
+
+def shaped_hand(side: Side, shape: Array) -> HandArrays:
+    """Return the hand of a shape (22,) for compiled code, much faster than by its joint table."""
+    directions = shape_directions(side, shape)
+    parts = [direction[0] * np.float32(shape[0]) for direction in directions]
+    return HandArrays(_rotations(side), *parts)
+
+
+@cache
+def _rotations(side: Side) -> Single:
+    return hand_arrays(HandModel(side)).rotations
+
+
+def save_shape(path: str | Path, side: Side, shape: Array) -> None:
+    """Keep a hand's side and shape (22,) in an NPZ file."""
+    np.savez(path, allow_pickle=False, hand_side=np.array(side), hand_shape=np.asarray(shape))
+
+
+def load_shape(path: str | Path) -> Array:
+    """Return the shape (22,) of a file of `save_shape`, or of the result of `track`.
+
+    Raises:
+        ValueError: if the file is absent, damaged or holds no hand shape.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            shape = np.asarray(data["hand_shape"], dtype=np.float64)
+        HandModel.from_shape("right", shape)
+    except (OSError, KeyError, ValueError, BadZipFile) as error:
+        raise ValueError(
+            f"{path}: expected a hand shape as `track --save-shape` writes it: {error}"
+        ) from error
+    return shape

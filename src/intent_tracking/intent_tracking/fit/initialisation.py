@@ -1,0 +1,234 @@
+"""A hand pose out of nothing: many starts around a hand region, refined and compared.
+
+Starts cover both directions of the arm (where it was not seen), all turns about it and a few
+postures, for the right and the left hand. All are refined on few points with a wide outlier
+scale, the best with a narrow one, and the rendered cost decides.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_perception.geometry.transforms import Array, rotation_between, rotation_from_vector
+from intent_tracking.fit.finger_sweep import sweep_fingers
+from intent_tracking.fit.objective import rendered_cost
+from intent_tracking.fit.refinement import refine
+from intent_tracking.hands.hand_detection import HandRegion
+from intent_tracking.image.frame_evidence import Evidence, Labelled, Prior, Weights
+from intent_tracking.image.labelling import inner_pixels
+from intent_tracking.image.tile import Tile
+from intent_tracking.scene.body_state import BodyState
+from intent_tracking.scene.hand_kernel import HandArrays, Single
+from intent_tracking.scene.hand_model import FITTED_LIMITS, HandModel, Side
+from intent_tracking.scene.object_kernel import object_arrays
+from intent_tracking.scene.posture_prior import shipped_posture
+
+NO_OBJECTS = object_arrays([])
+_CURLS = ((5, 10, 15, 10), (5, 35, 40, 25), (3, 60, 70, 45))
+_THUMBS = ((30, -10, 10, 10), (0, -35, 5, 10))
+_SPLAY = (0, -5, -8, -11)
+POSTURES: Array = np.radians(
+    [
+        [*thumb, *(angle for splay in _SPLAY for angle in (curl[0] + splay, *curl[1:]))]
+        for curl in _CURLS
+        for thumb in _THUMBS
+    ]
+)
+"""(6, 20) open, half closed, closed, each with the thumb forward and out [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class InitialisationConfig:
+    """How many starts, and how far each is followed."""
+
+    turns: int = 8
+    """Turns about the arm."""
+    coarse_iterations: int = 4
+    """Levenberg-Marquardt steps of all starts, and again of the better half."""
+    finalists: int = 3
+    """Starts per side that are refined to the end."""
+    fine_iterations: int = 8
+    sweep_trials: int = 48
+    """Trial poses per finger of every finalist."""
+    sweep_spread: float = 0.4
+    """Standard deviation of local trials [rad]."""
+    sweep_unusual: float = 1.0
+    """Weight of the posture prior in the sweep [pixels]."""
+    points: int = 192
+    coarse_scale: float = 0.025
+    """Outlier scale of the first refinement [m]."""
+    fine_scale: float = 0.010
+    farthest: float = 0.25
+    """No wrist lies farther from the middle of its hand [m]."""
+    tile_size: int = 96
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One refined start."""
+
+    side: Side
+    state: BodyState
+    """Of the hand alone."""
+    cost: float
+    """C per hand pixel."""
+
+
+def region_evidence(
+    tile: Tile,
+    body: NDArray[np.bool_],
+    skin: NDArray[np.bool_],
+    region: HandRegion,
+    config: InitialisationConfig,
+) -> tuple[Evidence, Labelled]:
+    """Return the evidence of a tile around a region of which nothing else is known.
+
+    Args:
+        tile: square around the region.
+        body: (S, S) pixels of things that may move, see `hand_pixels`.
+        skin: (S, S) those that look like skin.
+        region: where the hand is.
+        config: number of points.
+    """
+    direction = region.direction.astype(np.float32)
+    offset = tile.points - region.center[:, None, None].astype(np.float32)
+    near = np.linalg.norm(offset, axis=0) < 0.2
+    least = np.percentile(direction @ (region.points - region.center[:, None]), 1)
+    hand = skin & near & (np.tensordot(direction, offset, 1) > least)
+    missing = cv2.medianBlur((tile.depth <= 0.0).astype(np.uint8), 3) > 0
+    unknown = missing | (body & ~hand & near)
+    outside = cv2.distanceTransform(1 - (hand | unknown).astype(np.uint8), cv2.DIST_L2, 3)
+    pixels = np.flatnonzero(hand)
+    if len(pixels) > config.points:
+        pixels = pixels[np.linspace(0, len(pixels) - 1, config.points).astype(np.int64)]
+    evidence = Evidence(
+        np.ascontiguousarray(tile.points.reshape(3, -1)[:, pixels]),
+        np.zeros((3, 0), np.float32),
+        np.zeros(0, np.int64),
+        tile.depth,
+        outside.astype(np.float32),
+        tile.u0,
+        tile.v0,
+        tile.step,
+    )
+    nothing = np.zeros(hand.shape, np.float32)
+    valid = (~unknown & (tile.depth > 0.0)).astype(np.float32)
+    seen = Labelled(
+        tile.depth,
+        hand.astype(np.float32),
+        nothing,
+        valid,
+        inner_pixels(hand),
+        tile.u0,
+        tile.v0,
+        tile.step,
+    )
+    return evidence, seen
+
+
+def candidates(
+    evidence: Evidence,
+    seen: Labelled,
+    region: HandRegion,
+    hands: dict[Side, tuple[HandModel, HandArrays]],
+    weights: Weights,
+    config: InitialisationConfig,
+    rng: np.random.Generator,
+) -> list[Candidate]:
+    """Return refined starts of every side, best first.
+
+    Args:
+        evidence: points and silhouette of the region.
+        seen: labelled tile of the region.
+        region: where the hand is.
+        hands: model and arrays per side to try.
+        weights: of the refinement; the outlier scale is replaced.
+        config: how many.
+        rng: jitter of the starts.
+    """
+    found: list[Candidate] = []
+    for side, (model, arrays) in hands.items():
+        values, rotations = _starts(region, model, config, rng)
+        coarse = weights._replace(scale=np.float32(config.coarse_scale))
+        _refine(arrays, evidence, coarse, values, rotations, config.coarse_iterations)
+        order = np.argsort(
+            [_cost(arrays, seen, v, r) for v, r in zip(values, rotations, strict=True)]
+        )
+        best = order[: config.finalists]
+        values, rotations = values[best].copy(), rotations[best].copy()
+        fine = weights._replace(scale=np.float32(config.fine_scale))
+        _refine(arrays, evidence, fine, values, rotations, config.fine_iterations)
+        for v, r in zip(values, rotations, strict=True):
+            _sweep(arrays, seen, v, r, config, int(rng.integers(1 << 30)))
+        _refine(arrays, evidence, fine, values, rotations, config.fine_iterations)
+        for v, r in zip(values, rotations, strict=True):
+            if np.linalg.norm(v[:3] - region.center) < config.farthest:
+                found.append(Candidate(side, BodyState(v, r), _cost(arrays, seen, v, r)))
+    return sorted(found, key=lambda candidate: candidate.cost)
+
+
+def _starts(
+    region: HandRegion, model: HandModel, config: InitialisationConfig, rng: np.random.Generator
+) -> tuple[Single, Single]:
+    """Return start states (B, 26) and rotations (B, 1, 3, 3)."""
+    along = rotation_between([1.0, 0.0, 0.0], region.direction)
+    behind = np.array([0.0, 0.0, 0.01])  # the points lie on the side that the camera sees
+    shape = (len(POSTURES), config.turns)
+    turns = np.arange(config.turns) + rng.uniform(-0.3, 0.3, shape)
+    about = np.zeros((*shape, 3))
+    about[..., 0] = 2.0 * np.pi / config.turns * turns
+    tilt = rotation_from_vector(rng.normal(0.0, 0.2, (*shape, 3)))
+    rotations = tilt @ along @ rotation_from_vector(about)
+    middle = model.joint_positions(POSTURES).mean(axis=1)
+    wrist = region.center + behind - np.einsum("ptij,pj->pti", rotations, middle)
+    postures = np.broadcast_to(POSTURES[:, None], (*shape, 20))
+    values = np.concatenate([wrist, np.zeros((*shape, 3)), postures], axis=2)
+    return (
+        values.reshape(-1, 26).astype(np.float32),
+        rotations.reshape(-1, 1, 3, 3).astype(np.float32),
+    )
+
+
+def _refine(
+    arrays: HandArrays,
+    evidence: Evidence,
+    weights: Weights,
+    values: Single,
+    rotations: Single,
+    iterations: int,
+) -> Single:
+    prior_state = np.zeros(26, np.float32)
+    prior_state[6:] = POSTURES[1]
+    none = np.zeros(0, np.float32)
+    limits = np.ascontiguousarray(FITTED_LIMITS, dtype=np.float32)
+    prior = Prior(
+        prior_state, np.eye(3, dtype=np.float32)[None], limits, shipped_posture(), none, none, none
+    )
+    costs = np.zeros(len(values), np.float32)
+    normals = np.zeros((len(values), 26, 26), np.float32)
+    refine(
+        arrays, NO_OBJECTS, evidence, weights, prior, values, rotations, iterations, costs, normals
+    )
+    return costs
+
+
+def _cost(arrays: HandArrays, seen: Labelled, values: Single, rotations: Single) -> float:
+    return float(rendered_cost(arrays, NO_OBJECTS, seen, values, rotations)[1])
+
+
+def _sweep(
+    arrays: HandArrays,
+    seen: Labelled,
+    values: Single,
+    rotations: Single,
+    config: InitialisationConfig,
+    seed: int,
+) -> None:
+    """Search every finger of one start in place."""
+    sweep_fingers(
+        arrays, NO_OBJECTS, seen, values, rotations, values.copy(), shipped_posture(),
+        FITTED_LIMITS.astype(np.float32), config.sweep_trials, np.float32(0.0),
+        np.float32(config.sweep_unusual), np.float32(config.sweep_spread), seed,
+    )  # fmt: skip

@@ -1,0 +1,76 @@
+"""The terms of the refinement that do not look at the image: limits, prediction, synergy."""
+
+import numpy as np
+from numba import njit
+
+from intent_tracking.scene.hand_kernel import JIT
+
+
+@njit(**JIT)
+def add_single(normal, gradient, i, e, w):  # type: ignore[no-untyped-def]
+    """Add w e^2 of a residual that is unknown i itself; return its cost."""
+    normal[i, i] += w
+    gradient[i] -= w * e
+    return w * e * e
+
+
+@njit(**JIT)
+def add_pair(normal, gradient, i, j, factor, state, w):  # type: ignore[no-untyped-def]
+    """Add w (x_i - factor x_j)^2, i > j; return its cost."""
+    e = state[i] - factor * state[j]
+    normal[i, i] += w
+    normal[i, j] -= factor * w
+    normal[j, j] += factor * factor * w
+    gradient[i] -= w * e
+    gradient[j] += factor * w * e
+    return w * e * e
+
+
+@njit(**JIT)
+def add_posture(normal, gradient, state, posture, w):  # type: ignore[no-untyped-def]
+    """Add w times the squared Mahalanobis distance of the joint angles; return its cost."""
+    cost = np.float32(0.0)
+    for n in range(20):
+        pull = np.float32(0.0)
+        for m in range(20):
+            pull += posture.precision[n, m] * (state[6 + m] - posture.mean[m])
+        for m in range(n + 1):
+            normal[6 + n, 6 + m] += w * posture.precision[n, m]
+        gradient[6 + n] -= w * pull
+        cost += w * pull * (state[6 + n] - posture.mean[n])
+    return cost
+
+
+@njit(**JIT)
+def add_priors(weights, prior, state, rotations, normal, gradient):  # type: ignore[no-untyped-def]
+    """Add limits, prediction, couplings, posture and object predictions; return their cost."""
+    cost = np.float32(0.0)
+    zero, half = np.float32(0.0), np.float32(0.5)
+    for n in range(20):
+        i = 6 + n
+        cost += add_single(normal, gradient, i, state[i] - prior.state[i], weights.angle)
+        e = min(state[i] - prior.limits[n, 0], zero) + max(state[i] - prior.limits[n, 1], zero)
+        if e != zero:
+            cost += add_single(normal, gradient, i, e, weights.limit)
+    for finger in range(1, 5):
+        pip = 8 + 4 * finger
+        cost += add_pair(normal, gradient, pip + 1, pip, np.float32(0.667), state, weights.dip)
+        if finger > 1:
+            for i in range(pip - 1, pip + 1):
+                cost += add_pair(
+                    normal, gradient, i, i - 4, np.float32(1.0), state, weights.synergy
+                )
+    cost += add_posture(normal, gradient, state, prior.posture, weights.posture)
+    for i in range(3):
+        cost += add_single(normal, gradient, i, state[i] - prior.state[i], weights.hand_place)
+    for k in range(rotations.shape[0] - 1):
+        offset, m, p = 26 + 6 * k, rotations[1 + k], prior.rotations[1 + k]
+        for i in range(offset, offset + 3):
+            cost += add_single(normal, gradient, i, state[i] - prior.state[i], prior.place[k])
+        for i in range(3):  # half the skew part of m p^T: the small rotation since the prediction
+            u, v = (i + 1) % 3, (i + 2) % 3
+            e = zero
+            for j in range(3):
+                e += half * (m[v, j] * p[u, j] - m[u, j] * p[v, j])
+            cost += add_single(normal, gradient, offset + 3 + i, e, prior.turn[k])
+    return cost

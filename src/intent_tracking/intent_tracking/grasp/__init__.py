@@ -1,0 +1,1 @@
+"""The stable grasp and its features (Table I)."""

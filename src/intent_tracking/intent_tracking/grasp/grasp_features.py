@@ -1,0 +1,210 @@
+"""Features of a grasp, Table I: the same code for simulated and for tracked grasps.
+
+The paper defines size, dir, npos, fcon and obcl; conv, fvol, coc and gbvl are named but not
+defined there, so their definitions below are ours.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from intent_perception.geometry.boxes import Box, decompose
+from intent_perception.geometry.transforms import quaternion_from_rotation, transform_points
+from intent_perception.objects.database import ObjectModel
+from intent_tracking.scene.joint_table import Array, JointTable, link_poses
+
+_SAMPLES = 2000
+_DILATION = 0.010
+"""The hand covers what lies in the convex hull of its links dilated by this [m]."""
+_TOUCH = 0.004
+"""A part of the hand touches where its skin is this close to a surface sample [m]."""
+_CORNERS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T / np.sqrt(3.0)
+_SHELL = np.concatenate([np.eye(3), -np.eye(3), _CORNERS])
+
+
+@dataclass(frozen=True, eq=False)
+class GraspFeatures:
+    """The variables of Table I for one grasp; None where a variable was not observed."""
+
+    object_class: str | None
+    """`obcl`."""
+    size: Array | None
+    """(3,) edges of the object's bounding box along the object axes [m]."""
+    conv: Array | None
+    """(1,) volume of the object / volume of its convex hull; None for an open mesh."""
+    dir: Array | None
+    """(4,) orientation of the hand in the object frame, quaternion xyzw with w >= 0."""
+    npos: Array | None
+    """(3,) unit vector from the centre of the object's box to the palm, object frame."""
+    fcon: Array | None
+    """(J,) joint angles [rad]."""
+    fvol: Array | None
+    """(1,) share of the object's surface that the closed hand leaves free."""
+    coc: Array | None
+    """(3,) mean contact point relative to the box centre / half the box edges."""
+    gbvl: Array | None
+    """(3,) edges of the box nearest to the contacts, longest first [m]."""
+
+
+class ObjectGeometry:
+    """What the features need of an object, computed once."""
+
+    def __init__(self, model: ObjectModel) -> None:
+        self.model = model
+        self.size, self.center = model.size, model.center
+        rng = np.random.default_rng(0)
+        self.points, self.normals, _ = model.mesh.sample_surface(_SAMPLES, rng)
+
+    @cached_property
+    def boxes(self) -> tuple[Box, ...]:
+        """Boxes that the object decomposes into."""
+        return decompose(self.points)
+
+    @cached_property
+    def convexity(self) -> Array | None:
+        """`conv` (1,); None where the mesh encloses no volume."""
+        mesh = self.model.mesh
+        if not mesh.is_watertight or mesh.volume <= 0.0:
+            return None
+        return np.array([self.model.convexity])
+
+    @cached_property
+    def mirror(self) -> Array:
+        """Reflection (4, 4) of the object frame that changes the object's surface least.
+
+        A left-hand grasp, reflected by it, is a right-hand grasp on the same object as far as the
+        object is its own mirror image; cups, bottles and tools are.
+        """
+        samples = self.points[::4] - self.center
+        errors = []
+        for axis in range(3):
+            flip = np.ones(3)
+            flip[axis] = -1.0
+            gap = np.linalg.norm((samples * flip)[:, None] - samples[None], axis=2).min(axis=1)
+            errors.append(float(gap.mean()))
+        # y = 0 is the plane of handles, blades and heads; round objects have several.
+        best = 1 if errors[1] < 1.5 * min(errors) else int(np.argmin(errors))
+        reflection = np.eye(4)
+        reflection[best, best] = -1.0
+        reflection[best, 3] = 2.0 * self.center[best]
+        return reflection
+
+
+def grasp_features(
+    geometry: ObjectGeometry, T_object_hand: Array, joints: Array, table: JointTable
+) -> GraspFeatures:
+    """Return Table I of one grasp.
+
+    Args:
+        geometry: the object.
+        T_object_hand: (4, 4) the hand's frame (`hand_wrist`) in the object frame.
+        joints: (J,) [rad].
+        table: the hand; a right hand, or the mirrored grasp of a left one (`as_right_hand`).
+    """
+    points_hand = _in_hand(geometry.points, T_object_hand)
+    palm = transform_points(T_object_hand, palm_center(table)) - geometry.center
+    contact = contact_center(geometry.points, points_hand, table, joints)
+    return GraspFeatures(
+        geometry.model.object_class,
+        geometry.size,
+        geometry.convexity,
+        quaternion_from_rotation(T_object_hand[:3, :3]),
+        palm / np.linalg.norm(palm),
+        np.asarray(joints, dtype=np.float64),
+        np.array([free_share(points_hand, table, joints)]),
+        (contact - geometry.center) / np.maximum(geometry.size / 2.0, 1e-6),
+        grasped_box(geometry.boxes, contact),
+    )
+
+
+def as_right_hand(geometry: ObjectGeometry, T_object_hand: Array) -> Array:
+    """Return the pose (4, 4) of the right hand that mirrors a left hand's grasp of the object."""
+    flip = np.diag([1.0, -1.0, 1.0, 1.0])
+    return geometry.mirror @ T_object_hand @ flip
+
+
+def palm_center(table: JointTable) -> Array:
+    """Return the middle (3,) of the shapes of the hand's base in the hand frame [m]."""
+    capsules = table.capsules.ends[table.capsules.links == 0].reshape(-1, 3)
+    boxes = table.boxes.poses[table.boxes.links == 0][:, :3, 3]
+    points = np.concatenate([capsules, boxes])
+    return np.asarray(0.5 * (points.min(axis=0) + points.max(axis=0)))
+
+
+def hand_distances(points_hand: Array, table: JointTable, joints: Array) -> Array:
+    """Return the distance (N, C + K) of points to the skin of every capsule and box [m].
+
+    Args:
+        points_hand: (N, 3) in the hand frame [m].
+        table: the hand with C capsules and K boxes.
+        joints: (J,) [rad].
+    """
+    poses = link_poses(table, joints)[0]
+    shapes = table.capsules
+    ends = np.einsum("cij,cej->cei", poses[shapes.links][:, :3, :3], shapes.ends)
+    ends = ends + poses[shapes.links][:, None, :3, 3]
+    axis = ends[:, 1] - ends[:, 0]
+    length = np.maximum(np.sum(axis**2, axis=1), 1e-12)
+    offset = points_hand[:, None] - ends[None, :, 0]
+    share = np.clip(np.einsum("nci,ci->nc", offset, axis) / length, 0.0, 1.0)
+    gap = np.linalg.norm(offset - share[..., None] * axis, axis=2) - shapes.radii
+    if len(table.boxes.links) == 0:
+        return np.asarray(gap)
+    T_hand_box = poses[table.boxes.links] @ table.boxes.poses
+    local = np.einsum(
+        "nki,kij->nkj", points_hand[:, None] - T_hand_box[:, :3, 3], T_hand_box[:, :3, :3]
+    )
+    outside = np.abs(local) - table.boxes.half_sizes
+    box_gap = np.linalg.norm(np.maximum(outside, 0.0), axis=2) + np.minimum(
+        outside.max(axis=2), 0.0
+    )
+    return np.concatenate([gap, box_gap], axis=1)
+
+
+def contact_center(points: Array, points_hand: Array, table: JointTable, joints: Array) -> Array:
+    """Return the mean (3,) of the surface points nearest to each touching part of the hand [m].
+
+    If nothing touches, the nearest part counts: a tracked hand may float a few millimetres off.
+
+    Args:
+        points: (N, 3) surface samples in the object frame [m].
+        points_hand: (N, 3) the same in the hand frame [m].
+        table: the hand.
+        joints: (J,) [rad].
+    """
+    distances = hand_distances(points_hand, table, joints)
+    nearest = distances.min(axis=0)
+    parts = np.flatnonzero(nearest < max(_TOUCH, float(nearest.min()) + 0.001))
+    return np.asarray(points[distances[:, parts].argmin(axis=0)].mean(axis=0))
+
+
+def free_share(points_hand: Array, table: JointTable, joints: Array) -> float:
+    """Return the share of surface points (N, 3) outside the hull of the dilated hand, `fvol`."""
+    poses = link_poses(table, joints)[0]
+    shapes = table.capsules
+    ends = np.einsum("cij,cej->cei", poses[shapes.links][:, :3, :3], shapes.ends)
+    ends = ends + poses[shapes.links][:, None, :3, 3]
+    reach = (shapes.radii + _DILATION)[:, None, None, None] * _SHELL
+    cloud = [(ends[:, :, None] + reach).reshape(-1, 3)]
+    for link, pose, half in zip(
+        table.boxes.links, table.boxes.poses, table.boxes.half_sizes, strict=True
+    ):
+        corners = _CORNERS * np.sqrt(3.0) * (half + _DILATION)
+        cloud.append(transform_points(poses[link] @ pose, corners))
+    planes = ConvexHull(np.concatenate(cloud)).equations
+    covered = np.all(points_hand @ planes[:, :3].T + planes[:, 3] < 0.0, axis=1)
+    return float(1.0 - covered.mean())
+
+
+def grasped_box(boxes: tuple[Box, ...], point: Array) -> Array:
+    """Return the edges (3,), longest first [m], of the box nearest to a point (3,), `gbvl`."""
+    outside = [
+        float((np.abs((point - box.center) @ box.rotation) - box.half_size).max()) for box in boxes
+    ]
+    return np.asarray(np.sort(2.0 * boxes[int(np.argmin(outside))].half_size)[::-1])
+
+
+def _in_hand(points: Array, T_object_hand: Array) -> Array:
+    return np.asarray((points - T_object_hand[:3, 3]) @ T_object_hand[:3, :3])

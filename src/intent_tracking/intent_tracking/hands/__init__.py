@@ -1,0 +1,1 @@
+"""Where a hand is in a frame when nothing is known about it."""

@@ -1,0 +1,1 @@
+"""What a frame says: its tile, colours, labels per pixel, and the evidence gathered from them."""

@@ -1,0 +1,108 @@
+"""Colour models of hand, objects and background: learned offline, adapted online (Sec. III-B).
+
+Chromaticity (r, g) and brightness are binned; every class keeps one smoothed histogram that
+forgets slowly. The hand starts from a broad skin prior, an object from its database colour.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_perception.geometry.transforms import Array
+from intent_tracking.scene.hand_kernel import Single
+
+CHROMA_BINS = 24
+BRIGHTNESS_BINS = 4
+BINS = CHROMA_BINS * CHROMA_BINS * BRIGHTNESS_BINS
+HAND, BACKGROUND, FIRST_OBJECT = 0, 1, 2
+_LOW, _HIGH = 0.15, 0.6  # chromaticity range that the bins cover
+_SKIN_MEAN, _SKIN_SPREAD = (0.43, 0.315), (0.045, 0.018)
+
+
+@dataclass(frozen=True, eq=False)
+class AppearanceConfig:
+    """How fast colours are learned."""
+
+    memory: float = 0.9
+    """Share of the old histogram that survives one update."""
+    prior_pixels: float = 200.0
+    """Pixels that the offline prior of a class is worth."""
+    floor: float = 2e-4
+    """Probability that every bin keeps: an unknown colour speaks for nothing."""
+
+
+class AppearanceModel:
+    """Log-probability of colours for hand, background and each object."""
+
+    def __init__(self, colors: list[Array], config: AppearanceConfig | None = None) -> None:
+        self._config = config or AppearanceConfig()
+        self.blind = False
+        """Whether the images are grey, so that colours say nothing."""
+        priors = [skin_prior(), np.full(BINS, 1.0 / BINS), *(color_prior(c) for c in colors)]
+        self._priors = np.stack(priors) * self._config.prior_pixels
+        self._counts = np.zeros_like(self._priors)
+        self._log = np.zeros(self._priors.shape, np.float32)
+        for row in range(len(priors)):
+            self._refresh(row)
+
+    def log_probability(self, bins: NDArray[np.int32]) -> Single:
+        """Return (classes, ...) log p(colour | class) of bin numbers (...).
+
+        All are equal where the camera sees no colours.
+        """
+        if self.blind:
+            return np.zeros((len(self._log), *bins.shape), np.float32)
+        return self._log[:, bins]
+
+    def learn(self, row: int, bins: NDArray[np.int32]) -> None:
+        """Adapt the histogram of class `row` to the bins (n,) of its pixels."""
+        if len(bins) < 20:
+            return
+        fresh = np.bincount(bins, minlength=BINS).astype(np.float64)
+        memory = self._config.memory
+        self._counts[row] = memory * self._counts[row] + fresh
+        self._refresh(row)
+
+    def _refresh(self, row: int) -> None:
+        counts = self._priors[row] + _smoothed(self._counts[row])
+        floor = self._config.floor
+        probability = (1.0 - floor * 50.0) * counts / counts.sum() + floor
+        self._log[row] = np.log(probability)
+
+
+def color_bins(color: NDArray[np.uint8]) -> NDArray[np.int32]:
+    """Return the bin numbers (...) of RGB values (..., 3)."""
+    rgb = color.astype(np.float32)
+    total = rgb[..., 0] + rgb[..., 1] + rgb[..., 2] + 12.0  # dark pixels lean to grey
+    scale = CHROMA_BINS / (_HIGH - _LOW)
+    last = CHROMA_BINS - 1
+    red = np.clip(((rgb[..., 0] + 4.0) / total - _LOW) * scale, 0, last).astype(np.int32)
+    green = np.clip(((rgb[..., 1] + 4.0) / total - _LOW) * scale, 0, last).astype(np.int32)
+    light = np.minimum(total * (BRIGHTNESS_BINS / 780.0), BRIGHTNESS_BINS - 1).astype(np.int32)
+    bins: NDArray[np.int32] = (red * CHROMA_BINS + green) * BRIGHTNESS_BINS + light
+    return bins
+
+
+def skin_prior() -> Array:
+    """Return the probability (BINS,) of skin colours under usual lamps."""
+    centers = _LOW + (np.arange(CHROMA_BINS) + 0.5) * (_HIGH - _LOW) / CHROMA_BINS
+    red = np.exp(-0.5 * ((centers - _SKIN_MEAN[0]) / _SKIN_SPREAD[0]) ** 2)
+    green = np.exp(-0.5 * ((centers - _SKIN_MEAN[1]) / _SKIN_SPREAD[1]) ** 2)
+    light = np.array([0.3, 1.0, 1.0, 0.6])
+    joint = red[:, None, None] * green[:, None] * light
+    return np.ravel(joint / joint.sum())
+
+
+def color_prior(color: Array) -> Array:
+    """Return the probability (BINS,) of one RGB colour (3,) in 0..1 under varied brightness."""
+    shades = np.clip(np.outer(np.linspace(0.35, 1.1, 16), color) * 255.0, 0, 255)
+    counts = np.bincount(color_bins(shades.astype(np.uint8)), minlength=BINS)
+    smooth = _smoothed(counts.astype(np.float64))
+    return np.asarray(smooth / smooth.sum())
+
+
+def _smoothed(counts: Array) -> Array:
+    cube = counts.reshape(CHROMA_BINS, CHROMA_BINS, BRIGHTNESS_BINS)
+    return np.ravel(cv2.GaussianBlur(cube, (0, 0), 0.8, borderType=cv2.BORDER_CONSTANT))

@@ -1,0 +1,87 @@
+"""What the refinement knows of one frame and of the scene before it looks."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_tracking.scene.hand_kernel import Single
+from intent_tracking.scene.posture_prior import Posture
+
+
+class Labelled(NamedTuple):
+    """The observed tile with every pixel's body."""
+
+    depth: Single
+    """(S, S) [m], 0 = missing."""
+    hand: Single
+    """(S, S) 1 where the hand is seen."""
+    thing: Single
+    """(S, S) 1 where a tracked object is seen."""
+    valid: Single
+    """(S, S) 0 where nothing can be said: missing depth, forearm."""
+    sure: Single
+    """(S, S) 0 on the silhouettes' edges, whose width says nothing about the pose."""
+    u0: np.float32
+    v0: np.float32
+    step: np.float32
+
+
+class Evidence(NamedTuple):
+    """One frame as the refinement sees it, in the camera's frame."""
+
+    hand_points: Single
+    """(3, N) [m]."""
+    object_points: Single
+    """(3, M) [m]."""
+    object_owners: NDArray[np.int64]
+    """(M,) which of the K objects each point belongs to."""
+    depth: Single
+    """(S, S) observed depth on the tile, 0 = missing [m]."""
+    outside: Single
+    """(S, S) distance to the silhouette of hand and objects, 0 within it [pixels]."""
+    u0: np.float32
+    """x / z of the first column."""
+    v0: np.float32
+    """y / z of the first row."""
+    step: np.float32
+    """x / z per pixel."""
+
+
+class Weights(NamedTuple):
+    """Weights of the terms, relative to one observed point."""
+
+    scale: np.float32
+    """s of rho_s [m]."""
+    silhouette: np.float32
+    front: np.float32
+    penetration: np.float32
+    touch: np.float32
+    limit: np.float32
+    """[m^2 / rad^2], as the next three."""
+    angle: np.float32
+    """Joint angles against their prediction."""
+    dip: np.float32
+    synergy: np.float32
+    posture: np.float32
+    """Squared Mahalanobis distance of the posture from the usual ones [m^2]."""
+    hand_place: np.float32
+    """Hand position against its prediction (no unit)."""
+
+
+class Prior(NamedTuple):
+    """What the refinement expects before it looks."""
+
+    state: Single
+    """(26 + 6 K,) predicted state; [3:6] of each body unused."""
+    rotations: Single
+    """(1 + K, 3, 3) predicted rotations."""
+    limits: Single
+    """(20, 2) [rad]."""
+    posture: Posture
+    touch: Single
+    """(K,) factor on the attraction of hidden fingers to each object."""
+    place: Single
+    """(K,) weight of each object's predicted position."""
+    turn: Single
+    """(K,) weight of each object's predicted rotation [m^2 / rad^2]."""

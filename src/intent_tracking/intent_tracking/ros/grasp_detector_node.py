@@ -1,0 +1,40 @@
+"""ROS node: scene states in, one message for each stable grasp out."""
+
+from typing import Any
+
+from intent_msgs.msg import SceneState, StableGrasp
+
+from intent_perception.ros.node import (
+    LATCHED,
+    RESULTS,
+    IntentNode,
+    declared,
+    declared_database,
+    run,
+)
+from intent_tracking.grasp.grasp_detector import GraspConfig, GraspDetector
+from intent_tracking.ros.convert import grasp_to_msg, state_from_msg
+
+
+class GraspDetectorNode(IntentNode):
+    """Passes every scene state to the detector and publishes the grasps it finds."""
+
+    def __init__(self) -> None:
+        super().__init__("grasp_detector")
+        self._detector = GraspDetector(declared_database(self), declared(self, GraspConfig()))
+        self._publisher = self.create_publisher(StableGrasp, "/intent/stable_grasp", LATCHED)
+        self.listen(SceneState, "/intent/scene_state", self._on_state, RESULTS)
+
+    def reset(self) -> None:
+        """Forget the grasp in progress."""
+        self._detector.reset()
+
+    def _on_state(self, message: Any) -> None:
+        grasp = self._detector.step(state_from_msg(message))
+        if grasp is not None:
+            self._publisher.publish(grasp_to_msg(grasp))
+
+
+def main() -> None:
+    """Run the node until Ctrl-C."""
+    run(GraspDetectorNode)

@@ -1,0 +1,1 @@
+"""The scene's model: kinematics of the hand, objects, the state of both, and how they are drawn."""

@@ -1,0 +1,38 @@
+"""How human fingers are bent when they reach and grasp: a prior for those that nobody sees.
+
+A Gaussian over the 20 joint angles, learned from simulated human grasps and postures on the way
+from an open hand to them. It is wide where seen fingers decide, and carries what goes together:
+neighbouring fingers, both outer joints of one finger, thumb against fingers.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from intent_tracking import SHARE
+from intent_tracking.scene.hand_kernel import Single
+
+SHIPPED = SHARE / "posture.npz"
+
+
+class Posture(NamedTuple):
+    """A Gaussian over the joint angles."""
+
+    mean: Single
+    """(20,) [rad]."""
+    precision: Single
+    """(20, 20) [1 / rad^2]."""
+
+
+@cache
+def shipped_posture() -> Posture:
+    """Return the prior that comes with the package."""
+    with np.load(SHIPPED, allow_pickle=False) as data:
+        return Posture(data["mean"], data["precision"])
+
+
+def surprise(posture: Posture, angles: Single) -> float:
+    """Return the squared Mahalanobis distance of angles (20,) from the mean."""
+    offset = angles - posture.mean
+    return float(offset @ posture.precision @ offset)

@@ -1,0 +1,1 @@
+"""The tracker of Sec. III-B over a sequence: starts, follows, doubts, recovers."""

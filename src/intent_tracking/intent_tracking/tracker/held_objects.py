@@ -1,0 +1,79 @@
+"""The objects of one hypothesis from frame to frame: what they are expected to do, what they did.
+
+An object near the hand may have been taken or put down since the last frame. Both are tried against
+the image: moved with the hand, and left where it was.
+"""
+
+import numpy as np
+
+from intent_perception.geometry.transforms import Array, inverse, rotation_angle
+from intent_tracking.image.labelling import OF_OBJECT
+from intent_tracking.scene.body_state import BodyState
+from intent_tracking.scene.hand_kernel import HandBuffers, place_hand
+from intent_tracking.tracker.object_life import ObjectLife, ObjectLifeConfig, hand_gap
+from intent_tracking.tracker.scene_track import Fit, SceneTrack, Ties, View
+
+
+def expected(guess: BodyState, lives: list[ObjectLife]) -> BodyState:
+    """Return a prediction in which rested objects rest and carried ones follow the hand."""
+    for k, life in enumerate(lives):
+        if not life.taken:
+            guess = guess.with_object(k, life.rest)
+        elif life.grip is not None:
+            guess = guess.with_object(k, guess.pose(0) @ life.grip)
+    return guess
+
+
+def ties_of(lives: list[ObjectLife], active: list[int], config: ObjectLifeConfig) -> Ties:
+    """Return what the fit expects of the active objects."""
+    values = np.array([lives[k].ties(config) for k in active], np.float32)
+    touch, place, turn = values.reshape(-1, 3).T
+    return Ties(touch.copy(), place.copy(), turn.copy())
+
+
+def reconsidered(
+    track: SceneTrack,
+    lives: list[ObjectLife],
+    view: View,
+    fit: Fit,
+    active: list[int],
+    config: ObjectLifeConfig,
+) -> Fit:
+    """Return a fit with objects moved along or left behind where that explains the image better."""
+    motion = fit.state.pose(0) @ inverse(track.state.pose(0))
+    for row, k in enumerate(active):
+        if lives[k].gap > config.near:
+            continue
+        before = track.state.pose(1 + k)
+        for pose in (motion @ before, before):
+            if _apart(pose, fit.state.pose(1 + row), config):
+                ties = ties_of(lives, active, config)
+                ties.place[row], ties.turn[row] = config.free_place, config.free_turn
+                fit = track.reconsidered(view, fit, row, pose, active, ties)
+    return fit
+
+
+def _apart(one: Array, other: Array, config: ObjectLifeConfig) -> bool:
+    offset = float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
+    angle = float(rotation_angle(one[:3, :3].T @ other[:3, :3]))
+    return offset > config.doubt_place or angle > config.doubt_turn
+
+
+def note_objects(
+    track: SceneTrack,
+    lives: list[ObjectLife],
+    view: View,
+    active: list[int],
+    config: ObjectLifeConfig,
+    buffers: HandBuffers,
+) -> None:
+    """Bring the record of every object up to date with the present state of a track."""
+    place_hand(track.arrays, track.state.values, track.state.rotations[0], buffers)
+    for k, life in enumerate(lives):
+        now = track.state.pose(1 + k)
+        gap = hand_gap(buffers, track.arrays.radii, track.objects([k]), now)
+        life.update(gap, track.before.pose(1 + k), now, config)
+        if k in active:
+            seen = int((view.pixels.label == OF_OBJECT + active.index(k)).sum())
+            life.unseen = life.unseen + 1 if seen < 12 else 0
+            life.hold(inverse(track.state.pose(0)) @ now, seen > 60, config)

@@ -1,0 +1,113 @@
+"""A whole recording through recognition and tracking, without ROS."""
+
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from intent_perception.bags.bag_files import read_frames
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.transforms import Array, inverse
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.objects.model import ObjectModel
+from intent_perception.recognition.recognizer import RecognizedObjects, Recognizer
+from intent_tracking.scene.scene_state import SceneState
+from intent_tracking.tracker.tracker import Tracker, TrackerConfig
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Every state of a recording and the CPU time it took."""
+
+    states: tuple[SceneState, ...]
+    seconds: Array
+    """(F,) CPU time of each step [s]."""
+
+    @property
+    def joints_camera(self) -> Array:
+        """(F, 21, 3) hand landmarks in the camera's frame [m]; NaN where the hand is unknown."""
+        return np.stack([state.joints_camera for state in self.states])
+
+    @property
+    def objects_camera(self) -> Array:
+        """(F, N, 4, 4) object poses in the camera's frame."""
+        return np.stack([inverse(s.T_table_camera) @ s.T_table_objects for s in self.states])
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """The arrays of the command `track`, by name."""
+        sides = [state.hand_side for state in self.states if state.hand_tracked]
+        last = self.states[-1]
+        return {
+            "stamp": np.array([state.stamp for state in self.states]) * 1e-9,
+            "state": np.stack([state.state for state in self.states]),
+            "state_std": np.stack([state.state_std for state in self.states]),
+            "joints_camera": self.joints_camera,
+            "objects_camera": self.objects_camera,
+            "object_ids": np.array(last.object_ids, dtype=np.str_),
+            "hand_side": np.array(sides[-1] if sides else last.hand_side),
+            "hand_shape": last.hand_shape,
+            "cost": np.array([state.cost for state in self.states]),
+            "lost": np.array([state.hand_lost for state in self.states]),
+            "visible": np.array([state.hand_visible for state in self.states]),
+            "seconds": self.seconds,
+        }
+
+
+def track_frames(
+    frames: Iterable[RgbdFrame],
+    objects: RecognizedObjects,
+    models: Mapping[str, ObjectModel],
+    config: TrackerConfig,
+) -> Recording:
+    """Return the recording of frames that begin with recognised objects."""
+    tracker = Tracker(models, config)
+    tracker.start(objects)
+    return follow(tracker, frames)
+
+
+def follow(tracker: Tracker, frames: Iterable[RgbdFrame]) -> Recording:
+    """Return the recording of a tracker that has been started.
+
+    Raises:
+        ValueError: if there is no frame.
+    """
+    states, seconds = [], []
+    for frame in frames:
+        began = time.process_time()
+        states.append(tracker.step(frame))
+        seconds.append(time.process_time() - began)
+    if not states:
+        raise ValueError("expected at least one frame to track")
+    return Recording(tuple(states), np.array(seconds))
+
+
+def track_bag(
+    bag: Path, database: ObjectDatabase, config: TrackerConfig, chosen: tuple[str, ...] = ()
+) -> Recording:
+    """Return the recording of a bag whose first frame shows the objects at rest.
+
+    Args:
+        bag: rosbag2 folder.
+        database: what may stand on the table.
+        config: of the tracker.
+        chosen: names of the only objects to look for; empty = the whole database.
+    """
+    database = database.select(chosen) if chosen else database
+    models = {model.name: model for model in database}
+    frames: Iterator[RgbdFrame] = read_frames(bag)
+    first = next(frames)
+    found = Recognizer(database).step(first)
+    if found is None or len(found.objects) == 0:
+        raise ValueError(
+            f"no object of the database is seen in the first frame of {bag}; give its model by "
+            "--models, or start the recording with the objects at rest"
+        )
+    return track_frames(_with_first(first, frames), found, models, config)
+
+
+def _with_first(first: RgbdFrame, others: Iterator[RgbdFrame]) -> Iterator[RgbdFrame]:
+    yield first
+    yield from others

@@ -1,0 +1,1 @@
+"""What films people and measures the tracker; no robot runs it."""

@@ -1,0 +1,1 @@
+"""The tracker's figures: synthetic views, bags, real motions, speed."""

@@ -1,0 +1,1 @@
+"""The demonstrator's body: bones, arm, skin."""

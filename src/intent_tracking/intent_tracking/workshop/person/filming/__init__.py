@@ -1,0 +1,1 @@
+"""The demonstrator in front of a camera: room, light, frames with truth."""
