@@ -4,10 +4,10 @@ from functools import cache
 
 import numpy as np
 
-from intent_inference.simulation.contacts import Contacts
-from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.labels import TASKS, TaskLabel, label_grasp
-from intent_inference.simulation.task_object import TaskObject
+from intent_inference.grasping.contacts import Contacts
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.grasping.task_object import TaskObject
+from intent_inference.workshop.simulation.labels import TASKS, TaskLabel, label_grasp
 from intent_perception.objects.database import ObjectModel
 from intent_tracking.workshop.person.acting.person_grasp import Grasp
 

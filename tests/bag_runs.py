@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from intent_inference.dataset import GraspTable, read_grasps
-from intent_inference.intention import InferenceConfig, IntentionEstimator, TaskPosterior
-from intent_inference.variables import OBJECT_CLASS
+from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator, TaskPosterior
+from intent_inference.quantisation.variables import OBJECT_CLASS
+from intent_inference.workshop.training.labelled_table import GraspTable, read_grasps
 from intent_perception.bags.bag_files import read_frames
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import inverse, transform_points

@@ -4,8 +4,8 @@ import numpy as np
 
 from intent_imitation.plan import GraspCandidate, GraspPlan, ObjectChoice
 from intent_imitation.record import DemoRecord, DemoTruth
-from intent_inference.intention import Contribution, TaskPosterior
-from intent_inference.simulation.schunk import JOINT_NAMES
+from intent_inference.grasping.schunk import JOINT_NAMES
+from intent_inference.intention.estimator import Contribution, TaskPosterior
 from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.transforms import look_at, make_pose, vector_from_pose
 from intent_perception.objects.database import ObjectDatabase

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from intent_inference.dataset import GraspTable
+from intent_inference.workshop.training.labelled_table import GraspTable
 from intent_perception.geometry.transforms import quaternion_from_rotation, rotation_from_vector
 
 CLASSES = ("bottle", "mug", "hammer")

@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from intent_inference.simulation.autograsp import Fate, close_hand, hand_spheres
-from intent_inference.simulation.candidates import CandidateSource
-from intent_inference.simulation.contacts import (
+from intent_inference.grasping.autograsp import Fate, close_hand, hand_spheres
+from intent_inference.grasping.contacts import (
     Contacts,
     gravity_residual,
     holding_force,
     opposed,
     touching,
 )
-from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.hypotheses import Hypothesis, approaches
-from intent_inference.simulation.task_object import TaskObject
-from intent_inference.simulation.urdf import table_from_urdf, urdf_text
+from intent_inference.grasping.grasp_candidates import CandidateSource
+from intent_inference.grasping.grasp_hypotheses import Hypothesis, approaches
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.grasping.task_object import TaskObject
+from intent_inference.grasping.urdf import table_from_urdf, urdf_text
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.scene.joint_table import link_poses, placed_capsules
 

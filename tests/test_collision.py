@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from intent_imitation.collision import Obstacle, clearances, hand_spheres
-from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.geometry.mesh import Mesh, convex_hull
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from tests.grasp_tables import made_up_grasps
 
-from intent_inference.dataset import read_grasps
-from intent_inference.evaluation.baselines import boosting, class_only
-from intent_inference.evaluation.demonstrations import demonstration_figures
-from intent_inference.evaluation.protocol import (
+from intent_inference.network.task_model import TaskModel
+from intent_inference.workshop.evaluation.baselines import boosting, class_only
+from intent_inference.workshop.evaluation.demonstration_scores import demonstration_figures
+from intent_inference.workshop.evaluation.protocol import (
     ProtocolConfig,
     folds,
     group_splits,
@@ -20,7 +20,7 @@ from intent_inference.evaluation.protocol import (
     trial_scores,
     unknown_class_auroc,
 )
-from intent_inference.evaluation.scores import (
+from intent_inference.workshop.evaluation.scores import (
     ROC_GRID,
     auc,
     auc_within,
@@ -28,8 +28,8 @@ from intent_inference.evaluation.scores import (
     roc,
     share_interval,
 )
-from intent_inference.learning.fitting import Recipe, TrainingConfig, train
-from intent_inference.model import TaskModel
+from intent_inference.workshop.training.fitting import Recipe, TrainingConfig, train
+from intent_inference.workshop.training.labelled_table import read_grasps
 
 QUICK = ProtocolConfig(training=TrainingConfig(recipes=(Recipe("tan", "6"),)))
 

@@ -57,7 +57,7 @@ def test_interpolation_starts_and_ends_where_it_should() -> None:
 def test_a_can_is_lifted_with_friction_and_slips_without(friction: float, held: bool) -> None:
     pytest.importorskip("pybullet")
     from intent_imitation.execution import ExecutionConfig, World
-    from intent_inference.simulation.grasping_hand import GraspingHand
+    from intent_inference.grasping.grasping_hand import GraspingHand
 
     can = ObjectDatabase.load(CLUTTER)["can"]
     pose = can.stable_poses[0]
@@ -73,7 +73,7 @@ def test_a_can_is_lifted_with_friction_and_slips_without(friction: float, held: 
 def test_an_object_stands_where_it_was_placed_whatever_its_centre_of_mass() -> None:
     pytest.importorskip("pybullet")
     from intent_imitation.execution import World
-    from intent_inference.simulation.grasping_hand import GraspingHand
+    from intent_inference.grasping.grasping_hand import GraspingHand
 
     hammer = ObjectDatabase.load()["hammer_4"]
     assert np.linalg.norm(hammer.require_volume().center_of_mass) > 0.03
@@ -90,7 +90,7 @@ def test_most_grasps_of_a_heavy_tool_that_lies_flat_hold_through_its_use() -> No
     pytest.importorskip("pybullet")
     from intent_imitation.execution import World
     from intent_imitation.planner import GraspPlanner, PlannerConfig
-    from intent_inference.simulation.grasping_hand import GraspingHand
+    from intent_inference.grasping.grasping_hand import GraspingHand
 
     database = ObjectDatabase.load()
     hammer = database["hammer_5"]

@@ -8,7 +8,7 @@ import pytest
 from intent_imitation.benchmark import gain, rates
 from intent_imitation.build_table import join_tables
 from intent_imitation.trials import Trial
-from intent_inference.simulation.dataset import read_rows, write_rows
+from intent_inference.workshop.simulation.grasp_table import read_rows, write_rows
 
 CHOSEN = Trial(
     "pouring", True, False, False, False, 0.01,

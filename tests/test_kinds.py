@@ -6,7 +6,7 @@ import pytest
 from intent_imitation.affordance import task_chances
 from intent_imitation.kinds import Kinds, shape_of
 from intent_imitation.library import GraspLibrary
-from intent_inference.model import TaskModel
+from intent_inference.network.model_file import shipped_model
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import CLUTTER, ObjectDatabase
 
@@ -50,14 +50,14 @@ def test_a_robot_without_practice_knows_no_kinds() -> None:
 
 
 def test_no_odd_feature_makes_a_hammer_pour() -> None:
-    model = TaskModel.shipped("schunk")
+    model = shipped_model("schunk")
     odd = {"size": np.array([[0.07, 0.07, 0.2]]), "conv": np.array([[0.95]])}
     sure = task_chances(model, {"obcl": np.array(["hammer"]), **odd}, {"hammer": 1.0})
     assert sure[0, model.tasks.index("pouring")] < 0.1
 
 
 def test_an_object_of_no_known_kind_is_trusted_less_than_the_networks_say() -> None:
-    model = TaskModel.shipped("schunk")
+    model = shipped_model("schunk")
     odd = {"obcl": np.array([""]), "size": np.array([[0.07, 0.07, 0.2]])}
     stranger = task_chances(model, odd, {"bottle": 0.0})[0]
     column = model.tasks.index("pouring")

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from intent_inference.simulation.autograsp import close_hand
-from intent_inference.simulation.contacts import Contacts, touching
-from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.hypotheses import Hypothesis
-from intent_inference.simulation.labels import TASKS, label_grasp
-from intent_inference.simulation.task_object import TaskObject
+from intent_inference.grasping.autograsp import close_hand
+from intent_inference.grasping.contacts import Contacts, touching
+from intent_inference.grasping.grasp_hypotheses import Hypothesis
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.grasping.task_object import TaskObject
+from intent_inference.workshop.simulation.labels import TASKS, label_grasp
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.objects.database import ObjectDatabase
 

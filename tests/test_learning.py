@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from tests.grasp_tables import made_up_grasps
 
-from intent_inference.dataset import GraspTable
-from intent_inference.evaluation.scores import auc, calibration_error
-from intent_inference.features import select_rows
-from intent_inference.learning.fitting import Recipe, TrainingConfig, assign, train
-from intent_inference.learning.parameters import DirichletPrior, soft_counts, table_from_counts
-from intent_inference.learning.structure import (
+from intent_inference.network.conditional_tables import (
+    DirichletPrior,
+    soft_counts,
+    table_from_counts,
+)
+from intent_inference.network.structure import (
     TASK,
     SoftScore,
     chow_liu,
@@ -19,8 +19,12 @@ from intent_inference.learning.structure import (
     naive_bayes,
     tree_augmented,
 )
-from intent_inference.learning.updating import add_demonstrations
-from intent_inference.model import TaskModel
+from intent_inference.network.task_model import TaskModel
+from intent_inference.quantisation.feature_table import select_rows
+from intent_inference.workshop.evaluation.scores import auc, calibration_error
+from intent_inference.workshop.training.fitting import Recipe, TrainingConfig, assign, train
+from intent_inference.workshop.training.labelled_table import GraspTable
+from intent_inference.workshop.training.updating import add_demonstrations
 
 QUICK = TrainingConfig(recipes=(Recipe("tan", "information"), Recipe("class-tan", "6")))
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from tests.grasp_tables import made_up_grasps
 
-from intent_inference.evaluate import print_report
-from intent_inference.evaluation.figures import draw_roc
-from intent_inference.evaluation.protocol import ProtocolConfig
-from intent_inference.evaluation.report import ReportConfig, evaluation_report
-from intent_inference.learning.figures import draw_quantisation, draw_structures
-from intent_inference.learning.fitting import Recipe, TrainingConfig, train
-from intent_inference.learning.quantisation import quantise
+from intent_inference.quantisation.quantiser import quantise
+from intent_inference.workshop.evaluation.evaluate_command import print_report
+from intent_inference.workshop.evaluation.evaluation_report import ReportConfig, evaluation_report
+from intent_inference.workshop.evaluation.protocol import ProtocolConfig
+from intent_inference.workshop.evaluation.roc_figures import draw_roc
+from intent_inference.workshop.training.fitting import Recipe, TrainingConfig, train
+from intent_inference.workshop.training.learning_figures import draw_quantisation, draw_structures
 
 QUICK = TrainingConfig(recipes=(Recipe("tan", "6"),))
 

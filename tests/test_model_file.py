@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from tests.grasp_tables import made_up_grasps
 
-from intent_inference import evaluate
-from intent_inference import train as train_command
-from intent_inference.dataset import read_grasps
-from intent_inference.learning.fitting import Recipe, TrainingConfig, train
-from intent_inference.model import TaskModel
-from intent_inference.storage import ModelFileError
+from intent_inference.network.model_file import ModelFileError, load_model, save_model
+from intent_inference.network.task_model import TaskModel
+from intent_inference.workshop.evaluation import evaluate_command as evaluate
+from intent_inference.workshop.training import train_command
+from intent_inference.workshop.training.fitting import Recipe, TrainingConfig, train
+from intent_inference.workshop.training.labelled_table import read_grasps
 
 
 @pytest.fixture(scope="module")
@@ -52,24 +52,24 @@ def write_table(path: Path, rows: int, seed: int = 0, extra_task: bool = False) 
 
 def test_a_saved_model_answers_the_same(model: TaskModel, tmp_path: Path) -> None:
     path = tmp_path / "model.npz"
-    model.save(path)
+    save_model(model, path)
     features = made_up_grasps(40, seed=1).features
-    loaded = TaskModel.load(path)
+    loaded = load_model(path)
     np.testing.assert_array_equal(model.posterior(features), loaded.posterior(features))
     assert loaded.tasks == model.tasks
 
 
 def test_damaged_files_are_named(model: TaskModel, tmp_path: Path) -> None:
     path = tmp_path / "model.npz"
-    model.save(path)
+    save_model(model, path)
     whole = path.read_bytes()
     for size in (0, 10, len(whole) // 2, len(whole) - 40):
         path.write_bytes(whole[:size])
         with pytest.raises(ModelFileError, match="damaged"):
-            TaskModel.load(path)
+            load_model(path)
     path.write_bytes(whole[:500] + bytes(2000) + whole[2500:])
     with pytest.raises(ModelFileError):
-        TaskModel.load(path)
+        load_model(path)
 
 
 def test_another_schema_version_is_named(model: TaskModel, tmp_path: Path) -> None:
@@ -77,10 +77,10 @@ def test_another_schema_version_is_named(model: TaskModel, tmp_path: Path) -> No
     text = json.dumps({"schema": 0}).encode()
     np.savez(path, header=np.frombuffer(text, dtype=np.uint8))
     with pytest.raises(ModelFileError, match="schema version 0"):
-        TaskModel.load(path)
+        load_model(path)
     np.savez(path, other=np.zeros(3))
     with pytest.raises(ModelFileError, match="train it again"):
-        TaskModel.load(path)
+        load_model(path)
 
 
 def test_a_table_may_have_empty_cells_and_any_columns(table_file: Path) -> None:
@@ -123,10 +123,10 @@ def test_commands_train_add_and_evaluate_with_a_fifth_task(
     out = tmp_path / "model.npz"
     options = ["--structure", "tan/6,paper/paper"]
     assert train_command.main(["--data", str(data), "--out", str(out), *options]) == 0
-    assert TaskModel.load(out).tasks == ("pouring", "hand-over", "drinking")
+    assert load_model(out).tasks == ("pouring", "hand-over", "drinking")
     more = write_table(tmp_path / "more.csv.gz", 30, seed=3)
     assert train_command.main(["add", "--model", str(out), "--data", str(more)]) == 0
-    assert TaskModel.load(out).description["added"] == "30"
+    assert load_model(out).description["added"] == "30"
     command = ["--data", str(data), "--observe", "O,A", "--trials", "1", "--group-trials", "0"]
     capsys.readouterr()
     assert evaluate.main([*command, "--no-baselines", "--json", "-"]) == 0

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from intent_inference.network import DiscreteNetwork, compile_networks, compile_single
+from intent_inference.network.bayesian_network import (
+    DiscreteNetwork,
+    compile_networks,
+    compile_single,
+)
 
 
 def random_network(rng: np.random.Generator, size: int, most_states: int = 4) -> DiscreteNetwork:
@@ -88,7 +92,7 @@ def test_two_hundred_random_networks_agree_with_pyagrum() -> None:
 
 @pytest.mark.slow
 def test_random_networks_agree_with_pgmpys_junction_tree() -> None:
-    from intent_inference.junction_tree import junction_tree_posterior
+    from intent_inference.network.junction_tree import junction_tree_posterior
 
     rng = np.random.default_rng(11)
     for _ in range(10):

@@ -8,7 +8,7 @@ import pytest
 from intent_imitation import build_library
 from intent_imitation.planner import GraspPlanner, PlannerConfig
 from intent_inference import simulate, train
-from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.geometry.transforms import make_pose
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects

@@ -12,7 +12,7 @@ from intent_imitation.hypotheses import plan_unshaken
 from intent_imitation.library import GraspLibrary, GraspSet
 from intent_imitation.plan import GraspPlan
 from intent_imitation.planner import GraspPlanner, PlannerConfig, with_hidden_classes
-from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects

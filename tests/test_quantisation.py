@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from tests.grasp_tables import made_up_grasps
 
-from intent_inference.learning.mixture import GaussianMixture, fit_mixture
-from intent_inference.learning.quantisation import QuantisationConfig, quantise
-from intent_inference.learning.som import cluster_prototypes, davies_bouldin, fit_map
-from intent_inference.variables import coordinates_of
+from intent_inference.quantisation.mixture import GaussianMixture, fit_mixture
+from intent_inference.quantisation.quantiser import QuantisationConfig, quantise
+from intent_inference.quantisation.som import cluster_prototypes, davies_bouldin, fit_map
+from intent_inference.quantisation.variables import coordinates_of
 
 
 @pytest.mark.slow

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from intent_inference.evaluation.shown import SHOWN, TIMES, stretched
-from intent_inference.make_demonstrations import enough
-from intent_inference.simulation.labels import TASKS
+from intent_inference.workshop.evaluation.demonstration_maker import enough
+from intent_inference.workshop.evaluation.shown_people import SHOWN, TIMES, stretched
+from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.workshop.things.object_catalogue import MAKERS
 

@@ -7,10 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from intent_inference.simulate import main
-from intent_inference.simulation.campaign import CampaignConfig, generate_all, generate_object
-from intent_inference.simulation.dataset import read_rows
-from intent_inference.simulation.simulated_grasp import load_grasps
+from intent_inference.workshop.simulation.campaign import (
+    CampaignConfig,
+    generate_all,
+    generate_object,
+)
+from intent_inference.workshop.simulation.grasp_table import read_rows
+from intent_inference.workshop.simulation.simulate_command import main
+from intent_inference.workshop.simulation.simulated_grasp import load_grasps
 
 DATA = Path(os.environ.get("INTENT_DATA", Path(__file__).parents[2] / "shared" / "data"))
 MESHES = DATA / "meshes" / "contactdb_object_sim"

@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
-from intent_inference.simulation.benchmark import CELLS, rate_figures, table_figures
-from intent_inference.simulation.data_card import write_data_card
-from intent_inference.simulation.dataset import write_rows
+from intent_inference.workshop.simulation.data_card import write_data_card
+from intent_inference.workshop.simulation.grasp_table import write_rows
+from intent_inference.workshop.simulation.simulation_benchmark import (
+    CELLS,
+    rate_figures,
+    table_figures,
+)
 
 
 def rows(count=120):

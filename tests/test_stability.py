@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from intent_inference.simulation.candidates import CandidateSource
-from intent_inference.simulation.dataset import (
+from intent_inference.grasping.grasp_candidates import CandidateSource
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.grasping.task_object import TaskObject
+from intent_inference.workshop.simulation.generation import GenerationConfig, plan_grasps
+from intent_inference.workshop.simulation.grasp_table import (
     balanced,
     read_rows,
     row_of_grasp,
     without_duplicates,
     write_rows,
 )
-from intent_inference.simulation.generation import GenerationConfig, plan_grasps
-from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.simulated_grasp import load_grasps, save_grasps
-from intent_inference.simulation.stability import ShakeConfig, ShakeTest
-from intent_inference.simulation.task_object import TaskObject
+from intent_inference.workshop.simulation.simulated_grasp import load_grasps, save_grasps
+from intent_inference.workshop.simulation.stability import ShakeConfig, ShakeTest
 from intent_perception.geometry.transforms import pose_from_vector
 from intent_perception.objects.database import ObjectDatabase
 

@@ -19,8 +19,8 @@ import numpy as np
 from intent_imitation.inferred import compared
 from intent_imitation.library import GraspLibrary
 from intent_imitation.trials import TASKS, Laboratory, Trial, run_trial
-from intent_inference.model import TaskModel
-from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.network.model_file import shipped_model
 from intent_perception.objects.database import ObjectDatabase
 
 _TABLES, _FEW = 200, 24
@@ -94,7 +94,7 @@ def inferred(seed: int, quick: bool, _: Path | None) -> dict[str, Any]:
     library, database = GraspLibrary.load(), ObjectDatabase.load()
     rng = np.random.default_rng(seed)
     names = rng.permutation(sorted(library.sets))[: 4 if quick else 16]
-    hand, model = GraspingHand.load(library.hand), TaskModel.shipped(library.hand)
+    hand, model = GraspingHand.load(library.hand), shipped_model(library.hand)
     return {"inferred": compared(model, hand, library, [database[str(name)] for name in names])}
 
 

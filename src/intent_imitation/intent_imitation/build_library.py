@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from intent_imitation.kinds import Kinds, shape_of
 from intent_imitation.library import SHARE, Array, GraspLibrary, GraspSet, grasp_set
-from intent_inference.simulation.dataset import without_duplicates
-from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.simulated_grasp import SimulatedGrasp, load_grasps
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.workshop.simulation.grasp_table import without_duplicates
+from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp, load_grasps
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 from intent_tracking.grasp.grasp_features import ObjectGeometry

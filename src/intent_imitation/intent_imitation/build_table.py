@@ -8,7 +8,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from intent_inference.simulation.dataset import Row, read_rows, write_rows
+from intent_inference.workshop.simulation.grasp_table import Row, read_rows, write_rows
 
 
 def join_tables(paths: Sequence[Path], out: Path) -> int:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from intent_imitation.plan import GraspPlan, ObjectChoice
-from intent_inference.intention import TaskPosterior
+from intent_inference.intention.estimator import TaskPosterior
 
 TASK_COLORS = {
     "hand-over": "#0072B2",

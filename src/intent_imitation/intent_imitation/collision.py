@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.geometry.sdf import SignedDistance
 from intent_tracking.scene.joint_table import Array, link_poses
 

@@ -23,9 +23,9 @@ from intent_imitation.plan import Array, GraspCandidate
 from intent_imitation.planner import GraspPlanner
 from intent_imitation.scenes import FITTING, Scene, merged
 from intent_imitation.trials import DATA
-from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.labels import label_grasp
-from intent_inference.simulation.task_object import TaskObject
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.grasping.task_object import TaskObject
+from intent_inference.workshop.simulation.labels import label_grasp
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.transforms import look_at, make_pose, rotation_from_vector
 from intent_perception.objects.database import CLUTTER, ObjectDatabase, ObjectModel

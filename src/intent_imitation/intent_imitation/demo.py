@@ -12,7 +12,7 @@ import numpy as np
 
 from intent_imitation.plan import GraspPlan
 from intent_imitation.record import DemoRecord, DemoTruth, moments, result
-from intent_inference.intention import TaskPosterior
+from intent_inference.intention.estimator import TaskPosterior
 from intent_perception.bags.bag_files import read_frames
 from intent_perception.bags.playback import bundles
 from intent_perception.geometry.camera import RgbdFrame

@@ -22,7 +22,7 @@ from intent_imitation.demo import (
     write_result,
 )
 from intent_imitation.report import write_report
-from intent_inference.convert import posterior_from_msg
+from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.bags.frame_assembly import stamp_of
 from intent_perception.ros.convert import objects_from_msg
 from intent_perception.ros.node import LATCHED, RESULTS

@@ -14,9 +14,9 @@ import pybullet
 
 from intent_imitation.motions import MotionConfig, Stage, interpolate, stages
 from intent_imitation.plan import Array, GraspCandidate
-from intent_inference.simulation.contacts import PAD, Contacts
-from intent_inference.simulation.grasping_hand import GraspingHand, Preshape
-from intent_inference.simulation.urdf import urdf_text
+from intent_inference.grasping.contacts import PAD, Contacts
+from intent_inference.grasping.grasping_hand import GraspingHand, Preshape
+from intent_inference.grasping.urdf import urdf_text
 from intent_perception.geometry.transforms import (
     inverse,
     make_pose,

@@ -10,7 +10,7 @@ from intent_imitation.hand_mesh import hand_mesh
 from intent_imitation.panels import MARKED_COLOR, OBJECT_COLORS, mosaic
 from intent_imitation.pictures import Body, Image, Tag, annotate, studio
 from intent_imitation.plan import Array
-from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.transforms import look_at
 from intent_perception.objects.database import ObjectModel

@@ -11,8 +11,8 @@ from intent_imitation.collision import Obstacle, clearances
 from intent_imitation.plan import Array
 from intent_imitation.planner import PlannerConfig
 from intent_imitation.scenes import Scene
-from intent_inference.simulation.dataset import poses_of_rows, read_rows
-from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.workshop.simulation.grasp_table import poses_of_rows, read_rows
 from intent_perception.geometry.sdf import SignedDistance
 
 _UPRIGHT = 0.5

@@ -11,7 +11,7 @@ import numpy as np
 
 from intent_imitation.hand_mesh import capsule_mesh, hand_mesh
 from intent_imitation.pictures import Body, Image, Tag, annotate, studio, write_image
-from intent_inference.simulation.schunk import schunk_hand
+from intent_inference.grasping.schunk import schunk_hand
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.transforms import Array, inverse, look_at, transform_points
 from intent_tracking.scene.hand_model import HandModel

@@ -27,8 +27,8 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 
 from intent_imitation.scenes import FITTING, SceneMaker, merged
-from intent_inference.convert import posterior_to_msg
-from intent_inference.intention import TaskPosterior
+from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.ros.convert import posterior_to_msg
 from intent_perception.bags.frame_assembly import stamp_of
 from intent_perception.objects.database import CLUTTER, ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObjects

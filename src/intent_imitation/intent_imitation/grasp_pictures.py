@@ -8,7 +8,7 @@ from intent_imitation.panels import MARKED_COLOR, OBJECT_COLORS, picture_of_obje
 from intent_imitation.pictures import Body, Image, Tag, annotate, shaded, studio
 from intent_imitation.plan import GraspCandidate, GraspPlan
 from intent_imitation.record import DemoRecord
-from intent_inference.simulation.schunk import schunk_hand
+from intent_inference.grasping.schunk import schunk_hand
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.transforms import Array, look_at
 from intent_perception.objects.database import ObjectDatabase

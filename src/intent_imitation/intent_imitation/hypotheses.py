@@ -7,10 +7,10 @@ import numpy as np
 
 from intent_imitation.kinds import shape_of
 from intent_imitation.library import GraspLibrary, GraspSet, empty_set, grasp_set
-from intent_inference.features import Features
-from intent_inference.simulation.candidates import CandidateSource
-from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.task_object import TaskObject
+from intent_inference.grasping.grasp_candidates import CandidateSource
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.grasping.task_object import TaskObject
+from intent_inference.quantisation.feature_table import Features
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.geometry.transforms import quaternion_from_rotation
 from intent_perception.objects.database import ObjectDatabase, ObjectModel

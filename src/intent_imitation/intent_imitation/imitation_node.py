@@ -6,8 +6,8 @@ from intent_msgs import msg as msgs
 
 from intent_imitation.convert import plan_to_msg
 from intent_imitation.planner import GraspPlanner, PlannerConfig
-from intent_inference.convert import posterior_from_msg
-from intent_inference.intention import TaskPosterior
+from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.ros.convert import TABLE_FRAME, objects_from_msg
 from intent_perception.ros.node import LATCHED, IntentNode, declared, declared_database, run
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_imitation.kinds import Kinds
-from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_tracking.grasp.grasp_features import ObjectGeometry, grasp_features
 
 Array = NDArray[np.float64]

@@ -20,9 +20,10 @@ from intent_imitation.hypotheses import Hypotheses, HypothesisSource
 from intent_imitation.library import GraspLibrary
 from intent_imitation.plan import Array, GraspCandidate, GraspPlan, ObjectChoice
 from intent_imitation.preconditions import fits_pose
-from intent_inference.intention import TaskPosterior
-from intent_inference.model import TaskModel
-from intent_inference.simulation.grasping_hand import GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.network.model_file import load_model, shipped_model
+from intent_inference.network.task_model import TaskModel
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
@@ -113,7 +114,7 @@ class GraspPlanner:
             library = GraspLibrary.load(_file(self._config.library))
         if model is None:
             file = _file(self._config.network)
-            model = TaskModel.load(file) if file else TaskModel.shipped(library.hand)
+            model = load_model(file) if file else shipped_model(library.hand)
         self._model = model
         self._hand = GraspingHand.load(library.hand)
         self._source = HypothesisSource(database, library, self._hand, self._config.unshaken)

@@ -23,12 +23,16 @@ from intent_imitation.tabletop import (
     room_on_table,
     tabletop_candidates,
 )
-from intent_inference.simulation.autograsp import ClosedGrasp
-from intent_inference.simulation.dataset import row_of_grasp, write_rows
-from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.simulated_grasp import SimulatedGrasp, load_grasps, save_grasps
-from intent_inference.simulation.stability import ShakeTest
-from intent_inference.simulation.task_object import TaskObject
+from intent_inference.grasping.autograsp import ClosedGrasp
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.grasping.task_object import TaskObject
+from intent_inference.workshop.simulation.grasp_table import row_of_grasp, write_rows
+from intent_inference.workshop.simulation.simulated_grasp import (
+    SimulatedGrasp,
+    load_grasps,
+    save_grasps,
+)
+from intent_inference.workshop.simulation.stability import ShakeTest
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 
 _TRIES = 700

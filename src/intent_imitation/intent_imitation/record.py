@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from intent_imitation.plan import GraspPlan, ObjectChoice
-from intent_inference.intention import TaskPosterior
+from intent_inference.intention.estimator import TaskPosterior
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import quaternion_from_rotation
 from intent_perception.objects.database import ObjectDatabase

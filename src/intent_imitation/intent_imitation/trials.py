@@ -19,13 +19,13 @@ from intent_imitation.pictures import write_image
 from intent_imitation.plan import GraspCandidate
 from intent_imitation.planner import GraspPlanner
 from intent_imitation.scenes import FITTING, Scene, SceneMaker, merged
-from intent_inference.dataset import read_grasps
-from intent_inference.features import Features
-from intent_inference.learning.fitting import train
-from intent_inference.simulation.grasping_hand import GraspingHand
-from intent_inference.simulation.labels import label_grasp
-from intent_inference.simulation.task_object import TaskObject
-from intent_inference.variables import OBJECT_CLASS
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.grasping.task_object import TaskObject
+from intent_inference.quantisation.feature_table import Features
+from intent_inference.quantisation.variables import OBJECT_CLASS
+from intent_inference.workshop.simulation.labels import label_grasp
+from intent_inference.workshop.training.fitting import train
+from intent_inference.workshop.training.labelled_table import read_grasps
 from intent_perception.objects.database import CLUTTER, ObjectDatabase, ObjectModel
 
 DATA = Path(intent_inference.__file__).parent / "share" / "data"

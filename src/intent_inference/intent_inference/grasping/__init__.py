@@ -1,0 +1,1 @@
+"""Hands that grasp: joint tables, hypotheses, closing, contacts."""

@@ -1,0 +1,309 @@
+"""A hand that can grasp: joint table, pre-shapes, grip torques and the spheres that cover it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from intent_inference import SHARE
+from intent_inference.grasping.schunk import schunk_hand
+from intent_inference.grasping.urdf import table_from_urdf
+from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.joint_table import Array, JointTable
+
+HANDS = SHARE / "hands"
+Floats = NDArray[np.float32]
+Integers = NDArray[np.int32]
+_SPHERE_SPACING = 0.007
+"""Distance of the spheres along a capsule and on a box [m]."""
+_BOX_SPHERE = 0.008
+"""Radius of the spheres that cover a box [m]."""
+
+
+class HandArrays(NamedTuple):
+    """A hand as the kernels read it; chain -1 is the palm, else a finger."""
+
+    parents: Integers
+    origins: Floats
+    """(L, 3, 4) link frames in their parents."""
+    axes: Floats
+    drivers: Integers
+    ratios: Floats
+    chain_starts: Integers
+    """(F + 1,) first link of each finger, then L."""
+    sphere_links: Integers
+    sphere_centers: Floats
+    sphere_radii: Floats
+    sphere_starts: Integers
+    """(L + 1,) first sphere of each link."""
+    joint_chains: Integers
+    """(J,) finger that a joint moves, -1 if none or several."""
+    lower: Floats
+    upper: Floats
+    follows: Integers
+    """(J,) joint that bounds this one, -1 if none."""
+    follow_ratio: float
+    follow_slack: float
+    collide: NDArray[np.bool_]
+    """(F, F) which fingers must not penetrate one another."""
+
+
+@dataclass(frozen=True, eq=False)
+class Preshape:
+    """An open posture, how it closes, and where it wants the object; see share/hands."""
+
+    name: str
+    weight: float
+    approach: Array
+    """(3,) unit vector in the hand frame along which the hand approaches."""
+    closing: Array
+    """(3,) unit vector in the hand frame along which the fingers oppose each other."""
+    center: Array
+    """(3,) point of the hand frame that should meet the object [m]."""
+    widest: float
+    """Widest object along `closing` [m]."""
+    stop: Literal["contact", "center"]
+    depth: tuple[float, float]
+    """Range of how deep `center` may enter the box face where `stop` is center [m]."""
+    offset: tuple[float, float]
+    """How far the centre may slide in the box face, shares of its half edges: across, along."""
+    side: float
+    """0: the object's middle meets `center`; -1 or 1: its surface on this side of `closing`."""
+    thickest: float
+    """Thickest object along `approach` [m]."""
+    jitter: float
+    """Factor on the spread of roll and tilt."""
+    near_mass: bool
+    """Whether places near the centre of mass are preferred."""
+    loop: bool
+    """Whether it needs a loop to go through: the handle of a vessel."""
+    residual: float | None
+    """Limit of the static filter, see `FilterConfig`, where the first contacts say little."""
+    open: Array
+    """(J,) posture before closing [rad]."""
+    rates: Array
+    """(J,) relative closing speeds; 0 stays."""
+
+
+@dataclass(frozen=True, eq=False)
+class GraspingHand:
+    """Everything that the simulation needs to know about one hand."""
+
+    name: str
+    table: JointTable
+    chains: tuple[str, ...]
+    """Names of the fingers in the order of the table."""
+    preshapes: tuple[Preshape, ...]
+    effort: Array
+    """(J,) torque limit of each joint [N m]."""
+    grips: dict[str, Array]
+    """Share of the torque limits (J,) that each pre-shape uses: a pinch balances the fingers."""
+    arrays: HandArrays
+    strength: float
+    """Sum of the normal forces that the static filter lets it exert [N]."""
+    squeeze: float
+    """The fingers' targets lie this far beyond the contact, times the closing speed [rad]."""
+
+    @property
+    def is_human(self) -> bool:
+        """Whether the rules about forearm, palm and thumb side apply."""
+        return self.name == "human"
+
+    @classmethod
+    def load(cls, source: str | Path) -> "GraspingHand":
+        """Return a hand by name (`human`, `schunk`) or from a file like those in share/hands.
+
+        Raises:
+            ValueError: if the file does not describe a hand, with the reason.
+        """
+        shipped = HANDS / f"{source}.yaml"
+        path = shipped if shipped.is_file() else Path(source)
+        if not path.is_file():
+            known = sorted(p.stem for p in HANDS.glob("*.yaml"))
+            raise ValueError(f"no hand {source!r}: expected one of {known} or a YAML file")
+        with path.open(encoding="utf-8") as stream:
+            description = yaml.safe_load(stream)
+        if not isinstance(description, dict) or "table" not in description:
+            raise ValueError(f"{path}: expected the keys table and preshapes")
+        return cls.from_description(path.stem, description, path.parent)
+
+    @classmethod
+    def from_description(
+        cls, name: str, description: dict[str, Any], folder: Path
+    ) -> "GraspingHand":
+        """Return the hand of a parsed description; relative URDF paths start at `folder`."""
+        table = _table(description["table"], folder)
+        chains = _chain_names(table)
+        if not description.get("preshapes"):
+            raise ValueError(f"hand {name}: expected at least one pre-shape")
+        preshapes = tuple(_preshape(table, entry) for entry in description["preshapes"])
+        effort = _effort(table, chains, description)
+        grips = {entry["name"]: _grip(table, chains, entry) for entry in description["preshapes"]}
+        arrays = _arrays(table, chains, description)
+        strength = float(description.get("strength", 60.0))
+        squeeze = float(description.get("squeeze", 0.05))
+        return cls(name, table, chains, preshapes, effort, grips, arrays, strength, squeeze)
+
+
+def _table(source: str, folder: Path) -> JointTable:
+    if source == "human":
+        return HandModel().table
+    if source == "schunk":
+        return schunk_hand()
+    return table_from_urdf(folder / source)
+
+
+def _chain_names(table: JointTable) -> tuple[str, ...]:
+    """Return a finger name per child of the base: the common stem of its links' names."""
+    return tuple(
+        table.link_names[link].rsplit("_", 1)[0]
+        for link in range(1, len(table.parents))
+        if table.parents[link] == 0
+    )
+
+
+def _joint_indices(table: JointTable, finger: str) -> list[int]:
+    found = [
+        index
+        for index, name in enumerate(table.joint_names)
+        if name == finger or name.startswith(f"{finger}_")
+    ]
+    if not found:
+        raise ValueError(f"hand {table.name}: no joint belongs to {finger!r}")
+    return found
+
+
+def _posture(table: JointTable, entry: dict[str, list[float]]) -> Array:
+    values = np.zeros(len(table.joint_names))
+    for finger, angles in entry.items():
+        indices = _joint_indices(table, finger)
+        if len(angles) != len(indices):
+            raise ValueError(f"hand {table.name}: {finger} needs {len(indices)} angles")
+        values[indices] = angles
+    return values
+
+
+def _unit(vector: Sequence[float] | Array) -> Array:
+    array = np.asarray(vector, dtype=np.float64)
+    return np.asarray(array / np.linalg.norm(array))
+
+
+def _preshape(table: JointTable, entry: dict[str, Any]) -> Preshape:
+    approach = _unit(entry["approach"])
+    closing = np.asarray(entry["closing"], dtype=np.float64)
+    posture = np.radians(_posture(table, entry["open"]))
+    return Preshape(
+        str(entry["name"]),
+        float(entry.get("weight", 1.0)),
+        approach,
+        _unit(closing - approach * (approach @ closing)),
+        np.asarray(entry["center"], dtype=np.float64),
+        float(entry["widest"]),
+        entry["stop"],
+        tuple(entry.get("depth", (0.0, 0.0))),
+        tuple(entry["offset"]),
+        float(entry.get("side", 0.0)),
+        float(entry.get("thickest", 1.0)),
+        float(entry.get("jitter", 1.0)),
+        bool(entry.get("near_mass", False)),
+        bool(entry.get("loop", False)),
+        float(entry["residual"]) if "residual" in entry else None,
+        np.clip(posture, table.limits[:, 0], table.limits[:, 1]),
+        _posture(table, entry["rates"]),
+    )
+
+
+def _effort(table: JointTable, chains: tuple[str, ...], description: dict[str, Any]) -> Array:
+    """Return the torque limits (J,) per level of each finger; `knuckle_effort` for the others."""
+    effort = np.full(len(table.joint_names), float(description.get("knuckle_effort", 1.0)))
+    for finger in chains:
+        levels = description["effort"].get(finger, description["effort"]["others"])
+        for level, joint in enumerate(_joint_indices(table, finger)):
+            effort[joint] = levels[min(level, len(levels) - 1)]
+    return effort
+
+
+def _grip(table: JointTable, chains: tuple[str, ...], entry: dict[str, Any]) -> Array:
+    """Return the share (J,) of the torque limits that a pre-shape uses."""
+    grip = np.ones(len(table.joint_names))
+    shares = entry.get("grip", {})
+    for finger in chains:
+        grip[_joint_indices(table, finger)] = shares.get(finger, shares.get("others", 1.0))
+    return grip
+
+
+def _arrays(table: JointTable, chains: tuple[str, ...], description: dict[str, Any]) -> HandArrays:
+    starts = [link for link in range(1, len(table.parents)) if table.parents[link] == 0]
+    chain_starts = np.array([*starts, len(table.parents)], dtype=np.int32)
+    links, centers, radii = _spheres(table)
+    joint_chains = np.full(len(table.joint_names), -1, dtype=np.int32)
+    follows = np.full(len(table.joint_names), -1, dtype=np.int32)
+    coupling = description.get("coupling")
+    for chain, finger in enumerate(chains):
+        joints = _joint_indices(table, finger)
+        joint_chains[joints] = chain
+        if coupling is not None and finger != "thumb":
+            follows[joints[-1]] = joints[-2]
+    collide = np.zeros((len(chains), len(chains)), dtype=bool)
+    for first, second in description.get("self_collision", []):
+        i, j = chains.index(first), chains.index(second)
+        collide[i, j] = collide[j, i] = True
+    return HandArrays(
+        table.parents.astype(np.int32),
+        np.ascontiguousarray(table.origins[:, :3], dtype=np.float32),
+        table.axes.astype(np.float32),
+        table.drivers.astype(np.int32),
+        table.ratios.astype(np.float32),
+        chain_starts,
+        links,
+        centers,
+        radii,
+        np.searchsorted(links, np.arange(len(table.parents) + 1)).astype(np.int32),
+        joint_chains,
+        table.limits[:, 0].astype(np.float32),
+        table.limits[:, 1].astype(np.float32),
+        follows,
+        float((coupling or {}).get("ratio", 0.0)),
+        float(np.radians((coupling or {}).get("slack", 0.0))),
+        collide,
+    )
+
+
+def _spheres(table: JointTable) -> tuple[Integers, Floats, Floats]:
+    """Return spheres on capsules and boxes: links (S,), centres (S, 3), radii (S,)."""
+    links: list[int] = []
+    centers: list[Array] = []
+    radii: list[float] = []
+    shapes = table.capsules
+    for link, ends, radius in zip(shapes.links, shapes.ends, shapes.radii, strict=True):
+        length = float(np.linalg.norm(ends[1] - ends[0]))
+        count = max(2, int(np.ceil(length / _SPHERE_SPACING)) + 1)
+        for share in np.linspace(0.0, 1.0, count):
+            links.append(int(link))
+            centers.append(ends[0] + share * (ends[1] - ends[0]))
+            radii.append(float(radius))
+    for link, pose, half in zip(
+        table.boxes.links, table.boxes.poses, table.boxes.half_sizes, strict=True
+    ):
+        for point in _box_grid(half - _BOX_SPHERE):
+            links.append(int(link))
+            centers.append(pose[:3, :3] @ point + pose[:3, 3])
+            radii.append(_BOX_SPHERE)
+    order = np.argsort(links, kind="stable")
+    return (
+        np.array(links, dtype=np.int32)[order],
+        np.array(centers, dtype=np.float32)[order],
+        np.array(radii, dtype=np.float32)[order],
+    )
+
+
+def _box_grid(half: Array) -> Array:
+    """Return points (N, 3) on the surface of a box of half edges `half`, about 2 radii apart."""
+    counts = np.maximum(2, np.ceil(half / _BOX_SPHERE).astype(int) + 1)
+    axes = [np.linspace(-h, h, n) for h, n in zip(half, counts, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.asarray(grid[np.any(np.abs(np.abs(grid) - half) < 1e-9, axis=1)])

@@ -1,0 +1,1 @@
+"""Soft-quantised Bayesian networks: structure, tables, inference, model (Secs. II, IV-B)."""

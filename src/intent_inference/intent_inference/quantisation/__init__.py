@@ -1,0 +1,1 @@
+"""Soft quantisation of Table I's variables: coordinates, mixtures, evidence (Sec. II-B)."""

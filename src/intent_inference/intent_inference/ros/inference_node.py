@@ -1,0 +1,40 @@
+"""ROS node: stable grasps and scene states in, probability of each task out."""
+
+from typing import Any
+
+from intent_msgs.msg import SceneState, StableGrasp, TaskPosterior
+
+from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator
+from intent_inference.ros.convert import posterior_to_msg
+from intent_perception.ros.node import LATCHED, RESULTS, IntentNode, declared, run
+from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
+
+
+class InferenceNode(IntentNode):
+    """Passes every grasp and every frame of a reach to the estimator and publishes its answers."""
+
+    def __init__(self) -> None:
+        super().__init__("inference")
+        self._estimator = IntentionEstimator(declared(self, InferenceConfig()))
+        self._publisher = self.create_publisher(TaskPosterior, "/intent/task_posterior", LATCHED)
+        self.listen(StableGrasp, "/intent/stable_grasp", self._on_grasp, LATCHED)
+        self.listen(SceneState, "/intent/scene_state", self._on_state, RESULTS)
+
+    def reset(self) -> None:
+        """Forget the reach."""
+        self._estimator.reset()
+
+    def _on_grasp(self, message: Any) -> None:
+        self._publish(self._estimator.step(grasp_from_msg(message)))
+
+    def _on_state(self, message: Any) -> None:
+        self._publish(self._estimator.step(state_from_msg(message)))
+
+    def _publish(self, posterior: Any) -> None:
+        if posterior is not None:  # nothing to say: silence, not a guess
+            self._publisher.publish(posterior_to_msg(posterior))
+
+
+def main() -> None:
+    """Run the node until Ctrl-C."""
+    run(InferenceNode)

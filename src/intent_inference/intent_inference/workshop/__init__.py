@@ -1,0 +1,1 @@
+"""What simulates grasps, trains and judges the networks; no robot runs it."""

@@ -1,0 +1,152 @@
+"""Command: the figures of inference and of the simulated grasps as JSON.
+
+python -m intent_inference.benchmark [--part tasks|demonstrations|latency|training|simulation]
+    [--json FILE|-] [--seed S] [--quick]
+"""
+
+import argparse
+import json
+import os
+import platform
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from intent_inference import SHARE
+from intent_inference.network.model_file import load_model, shipped_model
+from intent_inference.network.probability_calibration import sigmoid
+from intent_inference.network.task_model import TaskModel
+from intent_inference.quantisation.feature_table import select_rows
+from intent_inference.workshop.evaluation.demonstration_scores import demonstration_figures
+from intent_inference.workshop.evaluation.evaluation_report import ReportConfig, evaluation_report
+from intent_inference.workshop.evaluation.protocol import ProtocolConfig
+from intent_inference.workshop.training.fitting import train
+from intent_inference.workshop.training.labelled_table import read_grasps
+
+PARTS = ("tasks", "demonstrations", "latency", "training", "simulation")
+_MASKS = {"full": "full", "partial": "partial", "partial_fig5": "partial_fig5"}
+
+
+def task_figures(data: Path, seed: int, quick: bool) -> dict[str, Any]:
+    """Return the contract's `tasks`, `auc_mean` and `unknown_auroc` for a data set."""
+    config = ReportConfig(
+        trials=3 if quick else 30, group_trials=2 if quick else 10, seed=seed, unknown=True
+    )
+    report = evaluation_report(
+        read_grasps(data), ProtocolConfig(), config,
+        lambda text: print(text, file=sys.stderr, flush=True),
+    )  # fmt: skip
+    tasks = {}
+    for task, own in report["tasks"].items():
+        figures = {f"auc_{name}": own["auc"][mask]["mean"] for name, mask in _MASKS.items()}
+        figures["auc_within_class"] = own["auc_within_class"]["full"]
+        figures["auc_within_class_partial"] = own["auc_within_class"]["partial"]
+        figures.update({f"ece_{mask}": value for mask, value in own["ece"].items()})
+        figures["auc_sd_full"] = own["auc"]["full"]["sd"]
+        tasks[task] = figures
+    means, unseen = report["auc_mean"], report["unseen_objects"]
+    auc_mean = {f"{name}": means["ours"][mask]["auc"] for name, mask in _MASKS.items()}
+    auc_mean["within_class_full"] = means["ours"]["full"]["within_class"]
+    auc_mean["within_class_partial"] = means["ours"]["partial"]["within_class"]
+    for method in ("class_only", "hard", "hard_ours", "paper_recipe", "boosting"):
+        auc_mean[method] = means[method]["full"]["auc"]
+        auc_mean[f"{method}_partial"] = means[method]["partial"]["auc"]
+    for mask in ("full", "partial"):
+        auc_mean[f"unseen_objects_{mask}"] = unseen["ours"][mask]["auc"] if unseen else None
+        auc_mean[f"unseen_objects_boosting_{mask}"] = (
+            unseen["boosting"][mask]["auc"] if unseen else None
+        )
+    return {
+        "tasks": tasks,
+        "auc_mean": auc_mean,
+        "unknown_auroc": report["unknown_auroc"],
+        "unknown_auroc_by_class": report["unknown_auroc_by_class"],
+        "table_2": report["table_2"],
+        "trials": config.trials,
+    }
+
+
+def latency_figures(model: TaskModel, data: Path, queries: int) -> dict[str, Any]:
+    """Return the CPU time of evidence and all posteriors of one grasp [ms], one thread.
+
+    Half of the queries carry standard deviations, as tracked grasps do.
+    """
+    features = read_grasps(data).features
+    widths = {"dir": 0.05, "npos": 0.06, "fcon": 0.15}
+    rows = len(next(iter(features.values())))
+    seconds = []
+    for query in range(queries + 50):
+        own = select_rows(features, np.array([query % rows]))
+        deviations = None
+        if query % 2:
+            deviations = {n: np.full(own[n].shape, w) for n, w in widths.items() if n in own}
+        started = time.thread_time_ns()
+        sigmoid(model.calibrated_log_odds(model.evidence(own, deviations)))
+        seconds.append((time.thread_time_ns() - started) * 1e-6)
+    warm = np.array(seconds[50:])
+    return {
+        "latency_ms_median": float(np.median(warm)),
+        "latency_ms_p99": float(np.percentile(warm, 99)),
+    }
+
+
+def training_figures(data: Path, seed: int) -> dict[str, Any]:
+    """Return the CPU time of training all networks [s]."""
+    table = read_grasps(data)
+    started = time.process_time()
+    train(table, np.random.default_rng(seed))
+    return {"training_s": time.process_time() - started}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    parser = argparse.ArgumentParser(prog="intent_inference.benchmark", description=__doc__)
+    parser.add_argument("--part", choices=PARTS, help="default: all")
+    parser.add_argument("--data", default=str(SHARE / "data" / "human.csv.gz"))
+    parser.add_argument("--model", default="", help="default: the shipped BN^H")
+    parser.add_argument("--seed", type=int, default=1000)
+    parser.add_argument("--quick", action="store_true", help="few trials")
+    parser.add_argument("--json", default="-", help="file, or - for standard output")
+    arguments = parser.parse_args(argv)
+    data = Path(arguments.data)
+    parts = (arguments.part,) if arguments.part else PARTS
+    report: dict[str, Any] = {
+        "machine": {
+            "cores": os.cpu_count(), "load": os.getloadavg()[0], "cpu": platform.processor(),
+        },
+        "seed": arguments.seed,
+    }  # fmt: skip
+    wall, cpu = time.perf_counter(), time.process_time()
+    if "latency" in parts:
+        model = load_model(arguments.model) if arguments.model else shipped_model()
+        report.update(latency_figures(model, data, 400 if arguments.quick else 4000))
+    if "training" in parts:
+        report.update(training_figures(data, arguments.seed))
+    if "demonstrations" in parts:
+        model = load_model(arguments.model) if arguments.model else shipped_model()
+        report["demonstrations"] = demonstration_figures(model, SHARE / "data", arguments.seed)
+    if "tasks" in parts:
+        report.update(task_figures(data, arguments.seed, arguments.quick))
+    if "simulation" in parts:
+        report["simulation"] = _simulation(arguments.quick, arguments.seed)
+    report["seconds"] = time.process_time() - cpu
+    report["wall_seconds"] = time.perf_counter() - wall
+    text = json.dumps(report, indent=1)
+    if arguments.json == "-":
+        print(text)
+    else:
+        Path(arguments.json).write_text(text + "\n")
+    return 0
+
+
+def _simulation(quick: bool, seed: int) -> dict[str, Any] | None:
+    """Return the figures of simulated grasps; None where pybullet is not installed."""
+    try:
+        from intent_inference.workshop.simulation.simulation_benchmark import simulation_figures
+    except ImportError:
+        return None
+    figures: dict[str, Any] = simulation_figures(quick=quick, seed=seed)
+    return figures

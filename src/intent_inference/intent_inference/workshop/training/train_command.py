@@ -1,0 +1,103 @@
+"""Command: a table of labelled grasps to a model, or more demonstrations into one.
+
+python -m intent_inference.train --data D.csv.gz --out MODEL.npz [--figures DIR]
+python -m intent_inference.train add --model MODEL.npz --data MORE.csv.gz [--out NEW.npz]
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from intent_inference.network.model_file import load_model, save_model
+from intent_inference.network.structure import TASK
+from intent_inference.network.task_model import TaskModel
+from intent_inference.workshop.training.fitting import (
+    DEFAULT_RECIPES,
+    Recipe,
+    TrainingConfig,
+    train,
+)
+from intent_inference.workshop.training.labelled_table import GraspTable, read_grasps
+from intent_inference.workshop.training.updating import add_demonstrations
+
+
+def recipes_of(text: str) -> tuple[Recipe, ...]:
+    """Return the recipes of a list such as "paper/paper,tan/information"; empty: the default."""
+    if not text:
+        return DEFAULT_RECIPES
+    recipes = []
+    for item in text.split(","):
+        structure, _, states = item.partition("/")
+        recipes.append(Recipe(structure, states or "information"))
+    return tuple(recipes)
+
+
+def _train(arguments: argparse.Namespace) -> TaskModel:
+    table = read_grasps(arguments.data, arguments.tasks.split(",") if arguments.tasks else None)
+    config = TrainingConfig(recipes=recipes_of(arguments.structure))
+    rng = np.random.default_rng(arguments.seed)
+    model = train(table, rng, config)
+    if arguments.figures:
+        _draw(table, model, Path(arguments.figures), arguments.seed)
+    return model
+
+
+def _draw(table: GraspTable, model: TaskModel, folder: Path, seed: int) -> None:
+    """Draw Fig. 2 of every variable, and Fig. 4: the paper's graphs and the first of ours."""
+    from intent_inference.workshop.training.learning_figures import draw_structures, draw_training
+
+    draw_training(table, np.random.default_rng(seed), folder)
+    draw_structures(model, folder / "fig4_ours.png")
+    greedy = TrainingConfig(recipes=(Recipe("paper", "information"),), masks=())
+    paper = train(table, np.random.default_rng(seed), greedy)
+    draw_structures(paper, folder / "fig4_paper_recipe.png")
+    for networks in paper.networks:
+        parents = networks.members[0].parents
+        children = ", ".join(v for v, chosen in parents.items() if TASK in chosen) or "none"
+        above = ", ".join(parents[TASK]) or "none"
+        print(f"  greedy BIC, {networks.task}: children of the task: {children}; parents: {above}")
+
+
+def _add(arguments: argparse.Namespace) -> TaskModel:
+    model = load_model(arguments.model)
+    table = read_grasps(arguments.data, arguments.tasks.split(",") if arguments.tasks else None)
+    return add_demonstrations(model, table, arguments.weight)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    parser = argparse.ArgumentParser(prog="intent_inference.train", description=__doc__)
+    parser.add_argument("--data", required=True, help="CSV of grasps, columns as of `simulate`")
+    parser.add_argument("--out", help="model file to write")
+    parser.add_argument("--tasks", default="", help="label columns, by commas; default: all found")
+    arguments_list = sys.argv[1:] if argv is None else argv
+    adding = arguments_list[:1] == ["add"]
+    if adding:
+        parser.add_argument("--model", required=True, help="model file to add to")
+        parser.add_argument("--weight", type=float, default=1.0, help="how much a grasp counts")
+    else:
+        parser.add_argument("--seed", type=int, default=1)
+        parser.add_argument(
+            "--structure", default="",
+            help="networks to average, e.g. paper/paper,tan/information,class-tan/8",
+        )  # fmt: skip
+        parser.add_argument("--figures", help="folder for Figs. 2 and 4")
+    arguments = parser.parse_args(arguments_list[1:] if adding else arguments_list)
+    out = arguments.out or (arguments.model if adding else None)
+    if out is None:
+        parser.error("expected --out MODEL")
+    started = time.process_time()
+    try:
+        model = _add(arguments) if adding else _train(arguments)
+    except ValueError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    save_model(model, out)
+    seconds = time.process_time() - started
+    print(f"{out}: {len(model.tasks)} tasks {', '.join(model.tasks)}; {seconds:.1f} s CPU")
+    for networks in model.networks:
+        print(f"  {networks.task}: {', '.join(member.recipe for member in networks.members)}")
+    return 0
