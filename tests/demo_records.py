@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from intent_imitation.plan import GraspCandidate, GraspPlan, ObjectChoice
-from intent_imitation.record import DemoRecord, DemoTruth
+from intent_imitation.demo.run_record import DemoRecord, DemoTruth
+from intent_imitation.planner.plan import GraspCandidate, GraspPlan, ObjectChoice
 from intent_inference.grasping.schunk import JOINT_NAMES
 from intent_inference.intention.estimator import Contribution, TaskPosterior
 from intent_perception.geometry.camera import Camera, RgbdFrame

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from intent_imitation.collision import Obstacle, clearances, hand_spheres
+from intent_imitation.planner.collision import Obstacle, clearances, hand_spheres
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.geometry.mesh import Mesh, convex_hull
 from intent_perception.geometry.sdf import SignedDistance

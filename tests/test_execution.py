@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from intent_imitation.motions import MotionConfig, interpolate, stages
-from intent_imitation.plan import GraspCandidate
+from intent_imitation.planner.plan import GraspCandidate
+from intent_imitation.workshop.trials.motions import MotionConfig, interpolate, stages
 from intent_perception.geometry.transforms import make_pose, rotation_angle, rotation_from_vector
 from intent_perception.objects.database import CLUTTER, ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
@@ -56,7 +56,7 @@ def test_interpolation_starts_and_ends_where_it_should() -> None:
 @pytest.mark.parametrize(("friction", "held"), [(0.8, True), (0.0, False)])
 def test_a_can_is_lifted_with_friction_and_slips_without(friction: float, held: bool) -> None:
     pytest.importorskip("pybullet")
-    from intent_imitation.execution import ExecutionConfig, World
+    from intent_imitation.workshop.trials.execution import ExecutionConfig, World
     from intent_inference.grasping.grasping_hand import GraspingHand
 
     can = ObjectDatabase.load(CLUTTER)["can"]
@@ -72,7 +72,7 @@ def test_a_can_is_lifted_with_friction_and_slips_without(friction: float, held: 
 @pytest.mark.slow
 def test_an_object_stands_where_it_was_placed_whatever_its_centre_of_mass() -> None:
     pytest.importorskip("pybullet")
-    from intent_imitation.execution import World
+    from intent_imitation.workshop.trials.execution import World
     from intent_inference.grasping.grasping_hand import GraspingHand
 
     hammer = ObjectDatabase.load()["hammer_4"]
@@ -88,8 +88,8 @@ def test_an_object_stands_where_it_was_placed_whatever_its_centre_of_mass() -> N
 @pytest.mark.slow
 def test_most_grasps_of_a_heavy_tool_that_lies_flat_hold_through_its_use() -> None:
     pytest.importorskip("pybullet")
-    from intent_imitation.execution import World
-    from intent_imitation.planner import GraspPlanner, PlannerConfig
+    from intent_imitation.planner.planner import GraspPlanner, PlannerConfig
+    from intent_imitation.workshop.trials.execution import World
     from intent_inference.grasping.grasping_hand import GraspingHand
 
     database = ObjectDatabase.load()

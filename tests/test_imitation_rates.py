@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from intent_imitation.benchmark import gain, rates
-from intent_imitation.build_table import join_tables
-from intent_imitation.trials import Trial
+from intent_imitation.workshop.practice.table_merge import join_tables
+from intent_imitation.workshop.trials.imitation_benchmark import gain, rates
+from intent_imitation.workshop.trials.trials import Trial
 from intent_inference.workshop.simulation.grasp_table import read_rows, write_rows
 
 CHOSEN = Trial(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from intent_imitation.inferred import METHODS, inferred_posture
+from intent_imitation.workshop.trials.network_grasps import METHODS, inferred_posture
 from intent_inference.network.model_file import shipped_model
 from intent_perception.objects.database import ObjectDatabase
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from intent_imitation.affordance import task_chances
-from intent_imitation.kinds import Kinds, shape_of
-from intent_imitation.library import GraspLibrary
+from intent_imitation.planner.affordance import task_chances
+from intent_imitation.planner.class_from_shape import Kinds, shape_of
+from intent_imitation.planner.grasp_library import GraspLibrary
 from intent_inference.network.model_file import shipped_model
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import CLUTTER, ObjectDatabase

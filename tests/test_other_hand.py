@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from intent_imitation import build_library
-from intent_imitation.planner import GraspPlanner, PlannerConfig
+from intent_imitation.planner.planner import GraspPlanner, PlannerConfig
+from intent_imitation.workshop.practice import library_maker as build_library
 from intent_inference import simulate, train
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.geometry.transforms import make_pose

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from tests import demo_records
 
-from intent_imitation.hypotheses import plan_unshaken
-from intent_imitation.library import GraspLibrary, GraspSet
-from intent_imitation.plan import GraspPlan
-from intent_imitation.planner import GraspPlanner, PlannerConfig, with_hidden_classes
+from intent_imitation.planner.grasp_library import GraspLibrary, GraspSet
+from intent_imitation.planner.library_hypotheses import plan_unshaken
+from intent_imitation.planner.plan import GraspPlan
+from intent_imitation.planner.planner import GraspPlanner, PlannerConfig, with_hidden_classes
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_perception.objects.database import ObjectDatabase

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from intent_imitation.preconditions import fits_pose, is_vessel
+from intent_imitation.planner.preconditions import fits_pose, is_vessel
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_perception.objects.database import CLUTTER, ObjectDatabase, ObjectModel

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from tests import demo_records
 
-from intent_imitation.record import moments, result
-from intent_imitation.report import write_report
+from intent_imitation.demo.report import write_report
+from intent_imitation.demo.run_record import moments, result
 from intent_perception.objects.database import ObjectDatabase
 
 KEYS = {

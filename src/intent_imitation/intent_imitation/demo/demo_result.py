@@ -1,0 +1,170 @@
+"""What the demo makes of a run: result.json, a few printed lines, and the report."""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from intent_imitation.demo.run_record import DemoRecord, DemoTruth, moments, result
+from intent_imitation.planner.plan import GraspPlan
+from intent_inference.intention.estimator import TaskPosterior
+from intent_perception.bags.bag_files import read_frames
+from intent_perception.bags.playback import bundles
+from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObjects
+from intent_tracking.grasp.grasp_detector import StableGrasp
+from intent_tracking.scene.scene_state import SceneState
+
+
+@dataclass
+class Collected:
+    """Everything the nodes have said, in the order of arrival."""
+
+    objects: list[RecognizedObjects] = field(default_factory=list)
+    robot_objects: list[RecognizedObjects] = field(default_factory=list)
+    states: list[SceneState] = field(default_factory=list)
+    grasps: list[StableGrasp] = field(default_factory=list)
+    posteriors: list[TaskPosterior] = field(default_factory=list)
+    plans: list[GraspPlan] = field(default_factory=list)
+    started: float | None = None
+    """Wall time of the first frame [s]."""
+    planned: float | None = None
+    """Wall time of the first plan, else of the last message [s]."""
+
+
+def parse_options(arguments: Sequence[str]) -> argparse.Namespace:
+    """Return bag, robot_bag, models, out and timeout of the command line."""
+    parser = argparse.ArgumentParser(prog="demo", description=__doc__)
+    parser.add_argument("bag")
+    parser.add_argument("--robot-bag", default="")
+    parser.add_argument("--models", default="")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--timeout", type=float, default=600.0, help="longest run [s]")
+    return parser.parse_args(arguments)
+
+
+def stamps_of(bag: str) -> tuple[int, ...]:
+    """Return the stamps [ns] of a bag's frames, damaged ones included.
+
+    Raises:
+        ValueError: if the bag cannot be read.
+    """
+    return tuple(bundle.stamp for bundle in bundles(bag))
+
+
+def record_of(options: argparse.Namespace, collected: Collected) -> DemoRecord:
+    """Return the record of a run, with the images that the report draws on."""
+    stamps = stamps_of(options.bag)
+    shown = set(moments(stamps, collected.grasps)) | {stamps[0]}
+    frames = tuple(
+        frame for frame in read_frames(options.bag, on_bad_frame=_ignore) if frame.stamp in shown
+    )
+    states = {state.stamp: state for state in collected.states}
+    lost = sum(stamp not in states or states[stamp].hand_lost for stamp in stamps)
+    seconds = (collected.planned or 0.0) - (collected.started or collected.planned or 0.0)
+    return DemoRecord(
+        bag=Path(options.bag).resolve().name,
+        frames=frames,
+        objects=_started_from(collected),
+        states=tuple(collected.states),
+        grasps=tuple(collected.grasps),
+        posteriors=tuple(collected.posteriors),
+        plan=collected.plans[0] if collected.plans else None,
+        robot_frame=_robot_frame(options.robot_bag, collected.robot_objects),
+        robot_objects=collected.robot_objects[-1] if collected.robot_objects else None,
+        database=ObjectDatabase.load(options.models or None),
+        frames_total=len(stamps),
+        frames_lost=lost,
+        seconds=round(seconds, 3),
+        truth=truth_of(options.bag, collected.states),
+    )
+
+
+def truth_of(bag: str, states: Sequence[SceneState]) -> DemoTruth | None:
+    """Return what the file truth.npz beside a bag says; None without one. No node reads it."""
+    path = Path(bag) / "truth.npz"
+    if not path.is_file():
+        return None
+    with np.load(path, allow_pickle=False) as truth:
+        rows = {int(stamp): index for index, stamp in enumerate(truth["stamps"])}
+        errors = [
+            np.linalg.norm(state.joints_camera - truth["joints_camera"][rows[state.stamp]], axis=1)
+            for state in states
+            if state.hand_tracked
+            and state.stamp in rows
+            and truth["hand_in_view"][rows[state.stamp]]
+        ]
+        tasks, grasps = truth["task"], truth["grasp_stamp"]
+        return DemoTruth(
+            task=str(tasks[0]) if len(tasks) else None,
+            grasp_stamp=int(grasps[0]) if len(grasps) else None,
+            joint_error=float(np.mean(errors)) if errors else None,
+        )
+
+
+def write_result(record: DemoRecord, folder: Path) -> Path:
+    """Write result.json (CONTRACT: its keys) into a folder, made if missing; return its path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "result.json"
+    path.write_text(json.dumps(result(record), indent=2) + "\n", encoding="utf-8")
+    return path
+
+
+def print_result(record: DemoRecord, stream: TextIO = sys.stdout) -> None:
+    """Print posterior, chosen object and grasp."""
+    lines = [f"bag             {record.bag}: {record.frames_total} frames"]
+    lines += [f"frames lost     {record.frames_lost}"]
+    if record.final is None:
+        lines += ["stable grasp    none: nothing to conclude"]
+    else:
+        grasp, final = record.grasps[0], record.final
+        lines += [f"stable grasp    of {grasp.object_id} at {grasp.stamp * 1e-9:.3f} s"]
+        for task, probability in sorted(
+            zip(final.tasks, final.probability, strict=True), key=lambda item: -item[1]
+        ):
+            lines += [f"  p({task:12s}) {probability:.3f}  {'#' * round(30 * probability)}"]
+        lines += [f"task            {final.best or 'none of these'}"]
+    if record.truth is not None:
+        lines += [f"true task       {record.truth.task or 'none'}"]
+    lines += _answer(record.plan)
+    stream.write("\n".join(lines) + "\n")
+
+
+def _answer(plan: GraspPlan | None) -> list[str]:
+    if plan is None:
+        return ["robot           no task to imitate"]
+    if not plan.grasps:
+        return [f"robot           nothing on its table affords {plan.task}"]
+    best = plan.grasps[0]
+    x, y, z = best.T_table_hand[:3, 3]
+    return [
+        f"robot takes     {best.object_id}",
+        f"robot grasp     {plan.hand} hand at ({x:.3f}, {y:.3f}, {z:.3f}) m, "
+        f"score {best.score:.3f}, {'shaken' if best.shaken else 'not shaken'}",
+    ]
+
+
+def _started_from(collected: Collected) -> RecognizedObjects | None:
+    """Return the answer that held when the hand came into view."""
+    seen = next((state.stamp for state in collected.states if state.hand_visible), None)
+    before = [o for o in collected.objects if seen is None or o.stamp < seen]
+    if before:
+        return before[-1]
+    return collected.objects[0] if collected.objects else None
+
+
+def _robot_frame(bag: str, objects: Sequence[RecognizedObjects]) -> RgbdFrame | None:
+    if not bag or not objects:
+        return None
+    frames = read_frames(bag, on_bad_frame=_ignore)
+    return next((frame for frame in frames if frame.stamp == objects[-1].stamp), None)
+
+
+def _ignore(_: str) -> None:
+    """Leave out a damaged frame: the nodes have warned about it."""

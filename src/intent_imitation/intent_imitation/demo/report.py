@@ -1,0 +1,134 @@
+"""The report of a demonstration: pictures and one self-contained `report.html`."""
+
+from pathlib import Path
+
+from intent_imitation.demo.charts import draw_evidence, draw_timeline
+from intent_imitation.demo.flow import draw_flow
+from intent_imitation.demo.grasp_pictures import (
+    picture_of_grasp,
+    picture_of_robot_table,
+    pictures_of_hypotheses,
+)
+from intent_imitation.demo.mesh_pictures import Image, write_image
+from intent_imitation.demo.page import Chapter, Picture, page
+from intent_imitation.demo.panels import (
+    Moment,
+    picture_of_objects,
+    start_stamp,
+    strip,
+    tracked_moments,
+    view_of_action,
+)
+from intent_imitation.demo.report_text import figures, grasp_rows, object_rows, summary
+from intent_imitation.demo.run_record import DemoRecord, DemoTruth, moments, result
+
+__all__ = ["DemoRecord", "DemoTruth", "moments", "result", "write_report"]
+
+
+def write_report(record: DemoRecord, out_dir: Path) -> None:
+    """Write the pictures and `report.html` of a run into a folder, made if missing.
+
+    Parts that the run did not reach (no grasp, no plan) are named as such, not left out.
+    """
+    out_dir.mkdir(parents=True, exist_ok=True)
+    shown = tracked_moments(record)
+    seen = _seen(record, shown, out_dir)
+    concluded = _concluded(record, out_dir)
+    answered = _answered(record, _demonstration(shown), out_dir)
+    flow = Picture(
+        out_dir / "flow.png",
+        "The process in six steps: the human's tracked grasp, the inferred intention, the robot's "
+        "table, its choice of object, ranked grasp hypotheses and the chosen grasp.",
+    )
+    text = page(summary(record), figures(record), flow, [seen, concluded, answered])
+    (out_dir / "report.html").write_text(text, encoding="utf-8")
+
+
+def _seen(record: DemoRecord, shown: list[Moment], out_dir: Path) -> Chapter:
+    """Draw recognition and tracking."""
+    pictures = []
+    first = min(record.frames, key=lambda frame: frame.stamp, default=None)
+    if first is not None and record.objects is not None and record.objects.objects:
+        image = picture_of_objects(first, record.objects, record.database)
+        pictures.append(_saved(out_dir / "objects.png", image, _OBJECTS_TEXT))
+    if shown:
+        pictures.append(_saved(out_dir / "tracking.png", strip(shown), _TRACKING_TEXT))
+    return Chapter(
+        "What the camera saw",
+        "Each object is recognised once, before the hand comes near; then hand (26 values) and "
+        "objects (6 values each) are tracked together in every frame.",
+        pictures,
+        missing="No object was recognised and nothing was tracked.",
+    )
+
+
+def _concluded(record: DemoRecord, out_dir: Path) -> Chapter:
+    """Draw the posterior over time and its explanation."""
+    pictures = []
+    stamps = [grasp.stamp for grasp in record.grasps]
+    if record.posteriors:
+        path = out_dir / "posterior.png"
+        true_task = record.truth.task if record.truth is not None else None
+        draw_timeline(path, record.posteriors, stamps, start_stamp(record), true_task)
+        pictures.append(Picture(path, _POSTERIOR_TEXT))
+    if record.final is not None and record.final.explanation:
+        draw_evidence(out_dir / "evidence.png", record.final)
+        pictures.append(Picture(out_dir / "evidence.png", _EVIDENCE_TEXT))
+    return Chapter(
+        "What the human is up to",
+        "Four Bayesian networks, one for each task, weigh the object, the hand's place and its "
+        "posture. Each answers for itself, so the four need not sum to one.",
+        pictures,
+        missing="The hand never held an object still, so there is nothing to conclude.",
+    )
+
+
+def _answered(record: DemoRecord, demonstration: Image | None, out_dir: Path) -> Chapter:
+    """Draw the robot's choice and the flow picture, which shows its parts again."""
+    pictures: list[Picture] = []
+    table = picture_of_robot_table(record)
+    if table is not None:
+        pictures.append(_saved(out_dir / "robot_objects.png", table, _TABLE_TEXT))
+    hypotheses = pictures_of_hypotheses(record)
+    grasp = _best_grasp(record)
+    if grasp is not None:
+        pictures.append(_saved(out_dir / "grasp.png", grasp, _GRASP_TEXT))
+    draw_flow(
+        out_dir / "flow.png", demonstration, record.final, table, record.plan, hypotheses, grasp
+    )
+    return Chapter(
+        "What the robot will do",
+        "The robot need not copy the hand it saw: it takes the object on its own table that serves "
+        "the task best, and the grasp of its own hand that keeps the task possible.",
+        pictures,
+        missing="The robot has no answer.",
+        tables=[object_rows(record), grasp_rows(record)],
+    )
+
+
+def _best_grasp(record: DemoRecord) -> Image | None:
+    """Return the best grasp, drawn large."""
+    if record.plan is None or not record.plan.grasps or record.robot_objects is None:
+        return None
+    best = record.plan.grasps[0]
+    return picture_of_grasp(best, record.robot_objects, record.database, (760, 760))
+
+
+def _demonstration(shown: list[Moment]) -> Image | None:
+    """Return the tracked scene at the grasp, or the last one that was drawn."""
+    at_grasp = [moment for moment in shown if moment.caption == "stable grasp"]
+    chosen = at_grasp or shown[-1:]
+    return view_of_action(shown).cut(chosen[0].image, 1000) if chosen else None
+
+
+def _saved(path: Path, image: Image, text: str) -> Picture:
+    write_image(path, image)
+    return Picture(path, text)
+
+
+_OBJECTS_TEXT = "Recognised objects drawn over the first image, with the recogniser's confidence."
+_TRACKING_TEXT = "Tracked hand and objects drawn over the camera's images at six moments."
+_POSTERIOR_TEXT = "Probability of each task over time; the dashed line marks the stable grasp."
+_EVIDENCE_TEXT = "For each task, how far every observed feature moved the log-odds at the grasp."
+_TABLE_TEXT = "The robot's table; the number at each object is p(o | t*), the chosen one is green."
+_GRASP_TEXT = "The Schunk hand closed around the chosen object, as it will be executed."

@@ -1,0 +1,318 @@
+"""From the inferred task to an object and a grasp for the robot's own hand (Sec. IV-D, Fig. 6).
+
+o* = argmax p(o | t*, BN^R) over the objects on the robot's table, then a* = argmax
+p(a | o*, t*, BN^R) over preplanned grasps of o*. With every object and every preplanned grasp
+equally likely before the task is known, p(o | t*) is p(t* | o) scaled to sum to one over the table,
+and a* is the grasp with the greatest p(t* | o*, a); BN^R answers both. We weigh p(o | t*) with the
+second, and pass over objects without a reachable grasp for the task: the robot must be able to act.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_imitation.planner.affordance import task_chances
+from intent_imitation.planner.collision import Clearances, Obstacle, clearances
+from intent_imitation.planner.grasp_library import GraspLibrary
+from intent_imitation.planner.library_hypotheses import Hypotheses, HypothesisSource
+from intent_imitation.planner.plan import Array, GraspCandidate, GraspPlan, ObjectChoice
+from intent_imitation.planner.preconditions import fits_pose
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.network.model_file import load_model, shipped_model
+from intent_inference.network.task_model import TaskModel
+from intent_perception.geometry.sdf import SignedDistance
+from intent_perception.objects.database import ObjectDatabase
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
+
+__all__ = ["GraspCandidate", "GraspPlan", "GraspPlanner", "ObjectChoice", "PlannerConfig"]
+
+
+@dataclass(frozen=True)
+class PlannerConfig:
+    """What counts as fit for a task, and how much room the hand needs."""
+
+    minimum_object: float = 0.1
+    """Least p(t* | o) of an object that may be chosen."""
+    minimum_grasp: float = 0.6
+    """Least p(t* | o, a) of its best reachable grasp; below, the object is unfit. Chosen on objects
+    that BN^R was not trained on, where 0.5 accepts tools with no fitting grasp in reach."""
+    table_gap: float = 0.001
+    """Least gap between hand and table on the way [m]."""
+    neighbour_gap: float = 0.005
+    """Least gap between hand and other objects on the way [m]."""
+    target_gap: float = -0.008
+    """Least gap between open hand and its object; below 0: fingers may push in that far [m]."""
+    grasps: int = 10
+    """Number of grasps in a plan."""
+    batch: int = 24
+    """Number of grasps checked for collision at a time, most promising first."""
+    stability_weight: float = 0.5
+    """Exponent of the stability in the score; 0: p(t* | o, a) alone."""
+    unshaken: int = 300
+    """Number of grasps tried on the fly for an object without a library."""
+    library: str = ""
+    """File of preplanned grasps, which names the robot's hand; empty: the shipped Schunk hand's."""
+    network: str = ""
+    """File of BN^R; empty: the shipped one of the library's hand."""
+
+    def __post_init__(self) -> None:
+        for name in ("minimum_object", "minimum_grasp"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ValueError(f"expected {name} in 0..1, got {getattr(self, name)}")
+        if min(self.grasps, self.batch, self.unshaken) < 1:
+            raise ValueError("expected grasps, batch and unshaken of at least 1")
+        if self.stability_weight < 0.0:
+            raise ValueError(f"expected stability_weight >= 0, got {self.stability_weight}")
+
+    def leaves_room(self, gaps: Clearances) -> NDArray[np.bool_]:
+        """Return whether each grasp (G,) keeps the least gaps on its way."""
+        free = (gaps.table >= self.table_gap) & (gaps.target >= self.target_gap)
+        return np.asarray(free & (gaps.neighbours >= self.neighbour_gap))
+
+
+@dataclass(frozen=True, eq=False)
+class _Option:
+    """One object with what BN^R says of it for the task at hand."""
+
+    id: str
+    object_class: str
+    chance: float
+    """p(t* | o)."""
+    grasps: tuple[GraspCandidate, ...]
+    """Reachable grasps, best first."""
+
+    @property
+    def best(self) -> float:
+        """p(t* | o, a) of the best reachable grasp, 0 without one."""
+        return max((grasp.score_parts["task"] for grasp in self.grasps), default=0.0)
+
+
+class GraspPlanner:
+    """Answers a task with the fitting object on the robot's table and ranked grasps of it."""
+
+    def __init__(
+        self,
+        database: ObjectDatabase,
+        config: PlannerConfig | None = None,
+        model: TaskModel | None = None,
+        library: GraspLibrary | None = None,
+    ) -> None:
+        """Take what the robot knows.
+
+        Args:
+            database: objects that can be recognised.
+            config: thresholds, and the files of library and network.
+            model: BN^R; default: as configured.
+            library: preplanned grasps; default: as configured.
+        """
+        self._config = config or PlannerConfig()
+        if library is None:
+            library = GraspLibrary.load(_file(self._config.library))
+        if model is None:
+            file = _file(self._config.network)
+            model = load_model(file) if file else shipped_model(library.hand)
+        self._model = model
+        self._hand = GraspingHand.load(library.hand)
+        self._source = HypothesisSource(database, library, self._hand, self._config.unshaken)
+        self._objects: RecognizedObjects | None = None
+        self._chances: dict[tuple[str, str], tuple[Array, Array]] = {}
+
+    def start(self, objects: RecognizedObjects) -> None:
+        """Take what was recognised on the robot's table; it holds until the next start.
+
+        What does not depend on the task is worked out here, each object once: signed distance,
+        features, and what BN^R says of the object and of each of its grasps.
+        """
+        self._objects = objects
+        for item in objects.objects:
+            if self._source.knows(item.model):
+                self._source.distance(item.model)
+                self._chance(item.model, item.object_class)
+
+    @property
+    def config(self) -> PlannerConfig:
+        """Thresholds and gaps."""
+        return self._config
+
+    def kinds(self, item: RecognizedObject) -> Mapping[str, float]:
+        """Return p(class) of a recognised object: as told, or as its shape suggests."""
+        return self._source.kinds(item.model, item.object_class)
+
+    def distance(self, model: str) -> SignedDistance:
+        """Return the signed distance of a model's mesh, in its object frame."""
+        return self._source.distance(model)
+
+    def step(self, posterior: TaskPosterior) -> GraspPlan | None:
+        """Return the answer to a final posterior; None while it is preliminary or says nothing."""
+        if posterior.preliminary or posterior.best is None or self._objects is None:
+            return None
+        return self.plan(posterior.best, posterior.stamp)
+
+    def plan(self, task: str, stamp: int = 0) -> GraspPlan:
+        """Return the plan for a task on the table of the last start.
+
+        Raises:
+            ValueError: if there was no start or BN^R does not know the task.
+        """
+        if self._objects is None:
+            raise ValueError("expected start(objects) before plan(task)")
+        if task not in self._model.tasks:
+            raise ValueError(f"BN^R knows the tasks {self._model.tasks}, not {task!r}")
+        options = [
+            self._option(index, task)
+            if self._source.knows(item.model)
+            else _Option(item.id, item.object_class, 0.0, ())
+            for index, item in enumerate(self._objects.objects)
+        ]
+        options.sort(
+            key=lambda option: (
+                not self._affords(option),
+                -option.chance * (option.best if self._affords(option) else 1.0),
+            )
+        )
+        total = sum(option.chance for option in options)
+        choices = tuple(
+            ObjectChoice(
+                option.id,
+                option.object_class,
+                option.chance / total if total > 0.0 else 1.0 / len(options),
+                self._affords(option),
+            )
+            for option in options
+        )
+        fit = [option for option in options if self._affords(option)]
+        return GraspPlan(
+            stamp,
+            task,
+            not fit,
+            choices,
+            fit[0].grasps[: self._config.grasps] if fit else (),
+            self._hand.name,
+            self._hand.table.joint_names,
+        )
+
+    def _affords(self, option: _Option) -> bool:
+        config = self._config
+        return option.chance >= config.minimum_object and option.best >= config.minimum_grasp
+
+    def _option(self, index: int, task: str) -> _Option:
+        """Return one object with its reachable grasps for the task."""
+        assert self._objects is not None  # plan() has checked it
+        item = self._objects.objects[index]
+        hypotheses = self._source.of(item.model, item.object_class)
+        column = self._model.tasks.index(task)
+        of_object, of_grasps = self._chance(item.model, item.object_class)
+        chance = float(of_object[column])
+        if not self._fits_pose(index, task):
+            return _Option(item.id, item.object_class, chance, ())
+        grasps = self._reachable(index, hypotheses, of_grasps[:, column])
+        return _Option(item.id, item.object_class, chance, grasps)
+
+    def _chance(self, model: str, object_class: str) -> tuple[Array, Array]:
+        """Return p(t | o) (T,) and p(t | o, a) (G, T) of an object and its hypotheses."""
+        key = (model, object_class)
+        if key not in self._chances:
+            hypotheses = self._source.of(model, object_class)
+            of_grasps = np.zeros((0, len(self._model.tasks)))
+            kinds = self._source.kinds(model, object_class)
+            if len(hypotheses.grasps) > 0:
+                of_grasps = task_chances(self._model, hypotheses.features, kinds)
+            of_object = task_chances(self._model, hypotheses.object_features, kinds)[0]
+            self._chances[key] = of_object, of_grasps
+        return self._chances[key]
+
+    def _fits_pose(self, index: int, task: str) -> bool:
+        """Return whether an object, as it stands, can serve the task whatever the grasp."""
+        assert self._objects is not None
+        item = self._objects.objects[index]
+        return fits_pose(
+            task,
+            self._source.model(item.model),
+            item.T_table_object,
+            self._source.distance(item.model),
+            annotated=bool(item.object_class),
+        )
+
+    def _reachable(
+        self, index: int, hypotheses: Hypotheses, task_chance: Array
+    ) -> tuple[GraspCandidate, ...]:
+        """Return the best collision-free grasps of an object at its recognised pose.
+
+        Grasps that do not fit the task are not looked at: nobody would execute them.
+        """
+        grasps = hypotheses.grasps
+        score = task_chance * grasps.stability**self._config.stability_weight
+        found: list[GraspCandidate] = []
+        order = np.argsort(-score, kind="stable")
+        order = order[task_chance[order] >= self._config.minimum_grasp]
+        for first in range(0, len(order), self._config.batch):
+            rows = order[first : first + self._config.batch]
+            found += self._checked(index, hypotheses, rows, task_chance, score)
+            if len(found) >= self._config.grasps:
+                break
+        return tuple(found[: self._config.grasps])
+
+    def _checked(
+        self,
+        index: int,
+        hypotheses: Hypotheses,
+        rows: NDArray[np.int64],
+        task_chance: Array,
+        score: Array,
+    ) -> list[GraspCandidate]:
+        """Return those of some rows of the hypotheses that collide with nothing."""
+        assert self._objects is not None
+        items = self._objects.objects
+        pose = items[index].T_table_object
+        grasps = hypotheses.grasps
+        T_table_hands = pose @ grasps.T_object_hand[rows]
+        approaches = grasps.approach[rows] @ pose[:3, :3].T
+        target = Obstacle(pose, self._source.distance(items[index].model))
+        neighbours = tuple(
+            Obstacle(other.T_table_object, self._source.distance(other.model))
+            for k, other in enumerate(items)
+            if k != index and self._source.knows(other.model)
+        )
+        gaps = clearances(
+            self._hand,
+            T_table_hands,
+            approaches,
+            grasps.pregrasp_joints[rows],
+            grasps.grasp_joints[rows],
+            target,
+            neighbours,
+        )
+        free = self._config.leaves_room(gaps)
+        return [
+            GraspCandidate(
+                items[index].id,
+                T_table_hands[k],
+                approaches[k],
+                grasps.pregrasp_joints[row],
+                grasps.grasp_joints[row],
+                float(score[row]),
+                {
+                    "task": float(task_chance[row]),
+                    "stability": float(grasps.stability[row]),
+                    "clearance": float(gaps.surroundings[k]),
+                },
+                bool(grasps.shaken[row]),
+            )
+            for k, row in enumerate(rows)
+            if free[k]
+        ]
+
+
+def _file(name: str) -> Path | None:
+    return Path(name) if name else None
+
+
+def with_hidden_classes(objects: RecognizedObjects) -> RecognizedObjects:
+    """Return the same objects as if nobody had told their classes."""
+    return replace(
+        objects, objects=tuple(replace(item, object_class="") for item in objects.objects)
+    )

@@ -1,0 +1,51 @@
+"""ROS node: the task and the robot's own table in, object and ranked grasps for the robot out."""
+
+from typing import Any
+
+from intent_msgs import msg as msgs
+
+from intent_imitation.planner.planner import GraspPlanner, PlannerConfig
+from intent_imitation.ros.convert import plan_to_msg
+from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.ros.convert import posterior_from_msg
+from intent_perception.ros.convert import TABLE_FRAME, objects_from_msg
+from intent_perception.ros.node import LATCHED, IntentNode, declared, declared_database, run
+
+
+class ImitationNode(IntentNode):
+    """Plans once a task is concluded and the robot's table is known, whichever comes first."""
+
+    def __init__(self) -> None:
+        super().__init__("imitation")
+        self._planner = GraspPlanner(declared_database(self), declared(self, PlannerConfig()))
+        self.reset()
+        self._publisher = self.create_publisher(msgs.GraspPlan, "/intent/grasp_plan", LATCHED)
+        self.listen(msgs.RecognizedObjects, "~/robot_objects", self._on_objects, LATCHED)
+        self.listen(msgs.TaskPosterior, "/intent/task_posterior", self._on_posterior, LATCHED)
+
+    def reset(self) -> None:
+        """Forget the task that waits for a table."""
+        self._waiting: TaskPosterior | None = None
+        self._frame = TABLE_FRAME
+
+    def _on_objects(self, message: Any) -> None:
+        self._planner.start(objects_from_msg(message))
+        self._frame = message.header.frame_id
+        if self._waiting is not None:
+            self._plan(self._waiting)
+
+    def _on_posterior(self, message: Any) -> None:
+        self._plan(posterior_from_msg(message))
+
+    def _plan(self, posterior: TaskPosterior) -> None:
+        plan = self._planner.step(posterior)
+        if plan is not None:
+            self._publisher.publish(plan_to_msg(plan, self._frame))
+            self._waiting = None
+        elif not posterior.preliminary:
+            self._waiting = posterior
+
+
+def main() -> None:
+    """Run the node until Ctrl-C."""
+    run(ImitationNode)

@@ -1,0 +1,1 @@
+"""What practises, executes and measures the robot's grasps; no robot runs it."""

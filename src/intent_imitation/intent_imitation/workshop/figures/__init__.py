@@ -1,0 +1,1 @@
+"""Pictures of the documents that need the whole system."""

@@ -1,0 +1,1 @@
+"""Random tables, plans carried out in simulated physics, and what they score."""
