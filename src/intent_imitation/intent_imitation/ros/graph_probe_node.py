@@ -1,7 +1,7 @@
 """ROS node: times the running graph from a final posterior to the published plan.
 
-The five nodes run as `ros2 run` would start them, in a ROS domain of their own; answers are timed by
-the wall clock.
+The five nodes run as `ros2 run` would start them, in a ROS domain of their own; answers are timed
+by the wall clock.
 """
 
 import os
@@ -82,8 +82,8 @@ class GraphProbe(Node):
 
 
 @contextmanager
-def running_graph() -> Iterator[None]:
-    """Run the five nodes in a ROS domain that no other run on this machine uses."""
+def probed_graph() -> Iterator[GraphProbe]:
+    """Run the five nodes in a ROS domain that no other run on this machine uses, and the probe."""
     with private_domain(), tempfile.TemporaryDirectory() as folder:
         nodes = []
         for package, executable in _NODES:
@@ -92,9 +92,11 @@ def running_graph() -> Iterator[None]:
                 nodes.append(
                     subprocess.Popen([str(file)], stdout=log, stderr=log, start_new_session=True)
                 )
+        rclpy.init()
         try:
-            yield
+            yield GraphProbe()
         finally:
+            rclpy.try_shutdown()
             for node in nodes:
                 os.killpg(node.pid, signal.SIGKILL)
                 node.wait()

@@ -12,21 +12,20 @@ import sys
 from typing import Any
 
 import numpy as np
-import rclpy
 
-from intent_imitation.ros.graph_probe_node import GraphProbe, running_graph
+from intent_imitation.ros.graph_probe_node import GraphProbe, probed_graph
 from intent_imitation.workshop.trials.robot_tables import FITTING, SceneMaker, merged
 from intent_inference.intention.estimator import TaskPosterior
 from intent_perception.objects.database import CLUTTER, ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObjects
 
 
-def measured(answers: int, seed: int) -> dict[str, Any]:
+def measured(probe: GraphProbe, answers: int, seed: int) -> dict[str, Any]:
     """Return the wall times of some answers [ms], four tables in turn."""
     database = ObjectDatabase.load()
     maker = SceneMaker(database, ObjectDatabase.load(CLUTTER), frozenset())
     rng, tasks = np.random.default_rng(seed), tuple(FITTING)
-    probe, seconds = GraphProbe(), []
+    seconds = []
     for number in range(answers):
         task = tasks[number % len(tasks)]
         if number % 5 == 0:
@@ -55,15 +54,12 @@ def main() -> None:
     parser.add_argument("--answers", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    with running_graph():
-        rclpy.init()
-        try:
-            print(json.dumps(measured(options.answers, options.seed)))
-        except TimeoutError as error:
-            print(error, file=sys.stderr)
-            raise SystemExit(1) from None
-        finally:
-            rclpy.try_shutdown()
+    try:
+        with probed_graph() as probe:
+            print(json.dumps(measured(probe, options.answers, options.seed)))
+    except TimeoutError as error:
+        print(error, file=sys.stderr)
+        raise SystemExit(1) from None
 
 
 if __name__ == "__main__":

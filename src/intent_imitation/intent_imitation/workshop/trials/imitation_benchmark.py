@@ -100,14 +100,8 @@ def inferred(seed: int, quick: bool, _: Path | None) -> dict[str, Any]:
 
 def graph(seed: int, quick: bool, _: Path | None) -> dict[str, Any]:
     """Return the running graph's latency; None where no ROS is installed and built."""
-    command = [
-        sys.executable,
-        "-m",
-        "intent_imitation.workshop.trials.graph_latency",
-        "--seed",
-        str(seed),
-    ]
-    command += ["--answers", "8" if quick else "40"]
+    command = [sys.executable, "-m", "intent_imitation.workshop.trials.graph_latency"]
+    command += ["--seed", str(seed), "--answers", "8" if quick else "40"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         print(f"no graph: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
