@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("intent_msgs", reason="run scripts/test.sh: it sources the workspace")
 
 import rclpy
-from tests.ros.harness import Graph, Probe
+from tests.support.harness import Graph, Probe
 
 from intent_perception.ros.ros_domain import private_domain
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.ros.harness import CAMERA_FRAME, Graph, Probe, ros_arguments
+from tests.support.harness import CAMERA_FRAME, Graph, Probe, ros_arguments
 from tf2_msgs.msg import TFMessage
 
 from intent_perception.objects.database import ObjectDatabase

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.ros.harness import shipped_bag
+from tests.support.harness import shipped_bag
 
 from intent_perception.bags.bag_files import transcode
 
-ROOT = Path(__file__).resolve().parent.parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 FORMATS = ("16UC1", "32FC1", "compressedDepth")
 pytestmark = [pytest.mark.bags, pytest.mark.slow]
 

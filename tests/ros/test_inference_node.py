@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 from intent_msgs.msg import StableGrasp, TaskPosterior
-from tests.grasp_tables import made_up_grasps
-from tests.ros.harness import Graph, Probe
+from tests.support.grasp_tables import made_up_grasps
+from tests.support.harness import Graph, Probe
 
 from intent_inference.network.model_file import save_model
 from intent_inference.ros.convert import posterior_from_msg

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import rclpy
 from intent_msgs.msg import RecognizedObjects, SceneState
-from tests.ros.harness import Graph, Probe, cut_bag, shipped_bag
+from tests.support.harness import Graph, Probe, cut_bag, shipped_bag
 
 from intent_perception.bags.bag_files import read_frames, transcode
 from intent_perception.bags.frame_assembly import stamp_of

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from intent_msgs.msg import RecognizedObjects
-from tests.ros.harness import SECOND, Graph, Probe, ros_arguments
+from tests.support.harness import SECOND, Graph, Probe, ros_arguments
 
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase

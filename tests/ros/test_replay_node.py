@@ -9,7 +9,7 @@ import pytest
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
-from tests.ros.harness import SECOND, Graph, Probe
+from tests.support.harness import SECOND, Graph, Probe
 
 from intent_perception.bags.bag_files import BagWriter
 from intent_perception.bags.frame_assembly import stamp_of

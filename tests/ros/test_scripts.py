@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from tests.ros.harness import shipped_bag
+from tests.support.harness import shipped_bag
 
 from intent_perception.bags.bag_files import BagWriter
 

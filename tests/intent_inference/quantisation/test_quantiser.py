@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.grasp_tables import made_up_grasps
+from tests.support.grasp_tables import made_up_grasps
 
 from intent_inference.quantisation.mixture import GaussianMixture, fit_mixture
 from intent_inference.quantisation.quantiser import QuantisationConfig, quantise

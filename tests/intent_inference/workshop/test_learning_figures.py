@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.grasp_tables import made_up_grasps
+from tests.support.grasp_tables import made_up_grasps
 
 from intent_inference.quantisation.quantiser import quantise
 from intent_inference.workshop.evaluation.evaluate_command import print_report

@@ -1,6 +1,6 @@
 """Draw a chessboard on a table as a camera sees it, with the true pose of the camera.
 
-`python tests/chessboard_images.py` rewrites the image set tests/data/chessboard.
+`python -m tests.support.chessboard_images` rewrites the image set tests/data/chessboard.
 """
 
 import json
@@ -15,7 +15,7 @@ from intent_perception.geometry.rendering import render
 from intent_perception.geometry.transforms import Array, inverse, look_at
 from intent_perception.scene.camera_calibration import Chessboard
 
-FOLDER = Path(__file__).parent / "data" / "chessboard"
+FOLDER = Path(__file__).parents[1] / "data" / "chessboard"
 BOARD = Chessboard(8, 6, 0.030)
 _OVERSAMPLING = 4
 

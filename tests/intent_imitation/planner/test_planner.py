@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests import demo_records
+from tests.support import demo_records
 
 from intent_imitation.planner.grasp_library import GraspLibrary, GraspSet
 from intent_imitation.planner.library_hypotheses import plan_unshaken

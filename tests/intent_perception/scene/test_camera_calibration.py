@@ -23,7 +23,7 @@ from intent_perception.scene import calibrate_command as command
 from intent_perception.scene.camera_calibration import Chessboard, calibrate, find_board, fit_table
 from intent_perception.workshop.scenes.sensor_noise import observe
 
-FOLDER = Path(__file__).parent / "data" / "chessboard"
+FOLDER = Path(__file__).parents[2] / "data" / "chessboard"
 TRUTH = json.loads((FOLDER / "truth.json").read_text())
 BOARD = Chessboard(**TRUTH["board"])
 TABLE = Mesh.of(

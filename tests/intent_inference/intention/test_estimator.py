@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.grasp_tables import made_up_grasps
+from tests.support.grasp_tables import made_up_grasps
 
 from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator
 from intent_inference.network.model_file import ModelFileError, save_model

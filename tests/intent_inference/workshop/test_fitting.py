@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.grasp_tables import made_up_grasps
+from tests.support.grasp_tables import made_up_grasps
 
 from intent_inference.network.conditional_tables import (
     DirichletPrior,

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from tests.hand_points import WEIGHTS, F, hand_pose, observed, prior_of
+from tests.support.hand_points import WEIGHTS, F, hand_pose, observed, prior_of
 
 from intent_tracking.fit.normal_equations import linearize
 from intent_tracking.fit.refinement import refine

@@ -23,7 +23,7 @@ from intent_tracking.scene.hand_model import HandModel
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.tracker.tracker import Tracker
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "src/intent_inference/intent_inference/share/data/human.csv.gz"
 
 

@@ -13,7 +13,7 @@ from intent_perception.geometry.transforms import make_pose
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 
-GRIPPER = Path(__file__).parent / "data" / "parallel_gripper" / "gripper.yaml"
+GRIPPER = Path(__file__).parents[2] / "data" / "parallel_gripper" / "gripper.yaml"
 OBJECTS = ("mug_4", "screwdriver_1")
 PER_OBJECT = 110
 """Simulated grasps differ between processors. So many give each task 50 that afford it and 90 that

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.bag_runs import folders, replay
+from tests.support.bag_runs import folders, replay
 
 from intent_perception.bags.bag_files import read_frames
 from intent_perception.geometry.camera import RgbdFrame

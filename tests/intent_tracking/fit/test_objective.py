@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from tests.hand_images import (
+from tests.support.hand_images import (
     ORIGIN,
     SIZE,
     STEP,

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tests import demo_records
+from tests.support import demo_records
 
 from intent_imitation.demo.report import write_report
 from intent_imitation.demo.run_record import moments, result

@@ -16,7 +16,7 @@ from intent_inference.workshop.simulation.grasp_table import read_rows
 from intent_inference.workshop.simulation.simulate_command import main
 from intent_inference.workshop.simulation.simulated_grasp import load_grasps
 
-DATA = Path(os.environ.get("INTENT_DATA", Path(__file__).parents[2] / "shared" / "data"))
+DATA = Path(os.environ.get("INTENT_DATA", Path(__file__).parents[4] / "shared" / "data"))
 MESHES = DATA / "meshes" / "contactdb_object_sim"
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.grasp_tables import made_up_grasps
+from tests.support.grasp_tables import made_up_grasps
 
 from intent_inference.network.task_model import TaskModel
 from intent_inference.workshop.evaluation.baselines import boosting, class_only

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.bag_runs import ROOT, Run, Verdict, folders, joint_error, judge, replay_bag
+from tests.support.bag_runs import ROOT, Run, Verdict, folders, joint_error, judge, replay_bag
 
 pytestmark = [pytest.mark.bags, pytest.mark.slow]
 

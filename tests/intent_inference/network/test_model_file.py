@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.grasp_tables import made_up_grasps
+from tests.support.grasp_tables import made_up_grasps
 
 from intent_inference.network.model_file import ModelFileError, load_model, save_model
 from intent_inference.network.task_model import TaskModel
