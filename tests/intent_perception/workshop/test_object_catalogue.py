@@ -169,4 +169,6 @@ def test_shipped_files_are_what_the_generator_makes() -> None:
         np.testing.assert_allclose(made.mesh.bounds, stored.mesh.bounds, atol=2e-6)
         assert made.mesh.volume == pytest.approx(stored.mesh.volume, rel=1e-3)
         assert len(made.parts) == len(stored.parts)
-        np.testing.assert_allclose(made.stable_poses, stored.stable_poses, atol=1e-5)
+        # Up and height say how it rests; about the vertical, rounding chooses where it is round.
+        made_rest, stored_rest = (np.asarray(m.stable_poses)[:, 2] for m in (made, stored))
+        np.testing.assert_allclose(made_rest, stored_rest, atol=1e-5)
