@@ -104,5 +104,5 @@ enter_venv # the libraries' folders exist only now
 [ "${1:-}" != --dev ] || once install-dev requirements-dev.txt -- install_dev
 once build msg_defs/intent_msgs colcon.meta src/*/package.xml src/*/setup.* src/*/config src/*/launch src/*/rviz \
   -- build
-mapfile -t kernels < <(grep -rl --include='*.py' njit src)
+mapfile -t kernels < <(grep -rlE --include='*.py' '^@(\w+_)?kernel$' src)
 once kernels "${kernels[@]}" -- forget_kernels

@@ -9,10 +9,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import KINECT, ColorImage, DepthImage
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.rendering import render
-from intent_perception.geometry.transforms import Array, inverse, look_at
+from intent_perception.geometry.transforms import inverse, look_at
 from intent_perception.scene.camera_calibration import Chessboard
 
 FOLDER = Path(__file__).parents[1] / "data" / "chessboard"

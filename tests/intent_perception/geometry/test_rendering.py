@@ -3,16 +3,11 @@
 import numpy as np
 import pytest
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import KINECT
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.rendering import Lamp, render, visible_pixels
-from intent_perception.geometry.transforms import (
-    Array,
-    inverse,
-    look_at,
-    make_pose,
-    rotation_from_vector,
-)
+from intent_perception.geometry.transforms import inverse, look_at, make_pose, rotation_from_vector
 from intent_perception.objects.database import ObjectDatabase
 
 MODELS = ObjectDatabase.load()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import KINECT, RgbdFrame
 from intent_perception.geometry.rendering import render
 from intent_perception.geometry.transforms import (
-    Array,
     inverse,
     look_at,
     make_pose,

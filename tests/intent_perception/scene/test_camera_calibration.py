@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 import pytest
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import KINECT, RgbdFrame, read_camera
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.rendering import render
 from intent_perception.geometry.transforms import (
-    Array,
     inverse,
     look_at,
     make_pose,

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from intent_perception.geometry.transforms import Array, rotation_from_vector
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import rotation_from_vector
 from intent_tracking.scene.hand_model import Side
 from intent_tracking.tracker.hypothesis import unusual_roll
 

@@ -9,8 +9,9 @@ from intent_imitation.demo.panels import MARKED_COLOR, OBJECT_COLORS, picture_of
 from intent_imitation.demo.run_record import DemoRecord
 from intent_imitation.planner.plan import GraspCandidate, GraspPlan
 from intent_inference.grasping.schunk import schunk_hand
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera
-from intent_perception.geometry.transforms import Array, look_at
+from intent_perception.geometry.transforms import look_at
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 

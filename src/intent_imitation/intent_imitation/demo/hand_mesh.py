@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh, merge_meshes
-from intent_tracking.scene.joint_table import Array, JointTable, link_poses, placed_capsules
+from intent_tracking.scene.joint_table import JointTable, link_poses, placed_capsules
 
 _AROUND = 20
 _RINGS = 6

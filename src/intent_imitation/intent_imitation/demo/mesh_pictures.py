@@ -8,10 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.rendering import render
-from intent_perception.geometry.transforms import Array, inverse, transform_points
+from intent_perception.geometry.transforms import inverse, transform_points
 
 Image = NDArray[np.uint8]
 FONT = cv2.FONT_HERSHEY_SIMPLEX

@@ -16,8 +16,9 @@ from intent_imitation.demo.mesh_pictures import (
     window_around,
 )
 from intent_imitation.demo.run_record import DemoRecord, moments
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
-from intent_perception.geometry.transforms import Array, inverse, transform_points
+from intent_perception.geometry.transforms import inverse, transform_points
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.scene.scene_state import SceneState

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from intent_imitation.planner.plan import Array
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import Features, count_rows
 from intent_inference.quantisation.variables import OBJECT_CLASS
+from intent_perception.basics.arrays import Array
 
 _NEGLIGIBLE = 0.005
 _AFFORDS = 0.1

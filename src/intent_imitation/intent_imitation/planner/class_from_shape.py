@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_imitation.planner.plan import Array
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectModel
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.sdf import SignedDistance
-from intent_tracking.scene.joint_table import Array, link_poses
+from intent_tracking.scene.joint_table import link_poses
 
 _RETREATS = (0.16, 0.11, 0.07, 0.035, 0.0)
 """Stations of the approach, back from the grasp along the approach direction [m]."""

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from intent_imitation import SHARE
 from intent_imitation.planner.class_from_shape import Kinds
 from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_perception.basics.arrays import Array
 from intent_tracking.grasp.grasp_features import ObjectGeometry, grasp_features
-
-Array = NDArray[np.float64]
 
 LIBRARIES = SHARE / "libraries"
 

@@ -17,10 +17,7 @@ A `GraspCandidate` maps one to one to moveit_msgs/Grasp:
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from intent_perception.basics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -18,12 +18,13 @@ from intent_imitation.planner.affordance import task_chances
 from intent_imitation.planner.collision import Clearances, Obstacle, clearances
 from intent_imitation.planner.grasp_library import GraspLibrary
 from intent_imitation.planner.library_hypotheses import Hypotheses, HypothesisSource
-from intent_imitation.planner.plan import Array, GraspCandidate, GraspPlan, ObjectChoice
+from intent_imitation.planner.plan import GraspCandidate, GraspPlan, ObjectChoice
 from intent_imitation.planner.preconditions import fits_pose
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.intention.estimator import TaskPosterior
 from intent_inference.network.model_file import load_model, shipped_model
 from intent_inference.network.task_model import TaskModel
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects

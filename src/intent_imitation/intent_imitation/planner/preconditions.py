@@ -7,7 +7,7 @@ The paper is silent about it; its robot met only objects that stood as they shou
 
 import numpy as np
 
-from intent_imitation.planner.plan import Array
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectModel
 

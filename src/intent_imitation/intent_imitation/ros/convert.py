@@ -7,8 +7,9 @@ from geometry_msgs.msg import PoseStamped
 from intent_msgs import msg as msgs
 from sensor_msgs.msg import JointState
 
-from intent_imitation.planner.plan import Array, GraspCandidate, GraspPlan, ObjectChoice
+from intent_imitation.planner.plan import GraspCandidate, GraspPlan, ObjectChoice
 from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.basics.arrays import Array
 from intent_perception.ros.convert import (
     TABLE_FRAME,
     header_at,

@@ -10,9 +10,9 @@ import numpy as np
 
 from intent_inference.grasping.closing import measure_spheres, place_spheres, try_grasp
 from intent_inference.grasping.grasp_hypotheses import Hypothesis
-from intent_inference.grasping.grasping_hand import Floats, GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.sdf import SignedDistance
-from intent_tracking.scene.joint_table import Array
 
 
 class Fate(IntEnum):

@@ -7,7 +7,8 @@ so that a try needs tens of postures instead of hundreds. Everything is float32.
 import numba as nb
 import numpy as np
 
-from intent_inference.grasping.grasping_hand import Floats, HandArrays
+from intent_inference.grasping.grasping_hand import HandArrays
+from intent_perception.basics.arrays import Floats
 from intent_perception.geometry.sdf import sample
 
 _TOUCH = 0.0005  # the approach has arrived at this distance [m]

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from intent_inference.grasping.grasping_hand import Floats, GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.geometry.transforms import transform_points
-from intent_tracking.scene.joint_table import Array
 
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 _NEAR = 0.0018

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_inference.grasping.grasping_hand import GraspingHand, Preshape
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.transforms import rotation_from_vector
-from intent_tracking.scene.joint_table import Array
 
 _FREE = 0.004
 """A face is free if the point this far in front of its centre lies in no other box [m]."""

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from intent_inference import SHARE
 from intent_inference.grasping.schunk import schunk_hand
 from intent_inference.grasping.urdf import table_from_urdf
+from intent_perception.basics.arrays import Array, Floats
 from intent_tracking.scene.hand_model import HandModel
-from intent_tracking.scene.joint_table import Array, JointTable
+from intent_tracking.scene.joint_table import JointTable
 
 HANDS = SHARE / "hands"
-Floats = NDArray[np.float32]
 Integers = NDArray[np.int32]
 _SPHERE_SPACING = 0.007
 """Distance of the spheres along a capsule and on a box [m]."""

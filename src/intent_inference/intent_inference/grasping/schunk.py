@@ -10,7 +10,8 @@ from functools import cache
 
 import numpy as np
 
-from intent_tracking.scene.joint_table import Array, Capsules, JointTable, LinkBoxes
+from intent_perception.basics.arrays import Array
+from intent_tracking.scene.joint_table import Capsules, JointTable, LinkBoxes
 
 JOINT_NAMES = (
     "knuckle",

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from intent_inference.grasping.contacts import Contacts
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectModel
 from intent_tracking.grasp.grasp_features import ObjectGeometry
-from intent_tracking.scene.joint_table import Array
 
 
 class TaskObject:

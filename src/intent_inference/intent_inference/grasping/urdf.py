@@ -5,8 +5,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
-from intent_tracking.scene.joint_table import Array, Capsules, JointTable, LinkBoxes
+from intent_tracking.scene.joint_table import Capsules, JointTable, LinkBoxes
 
 _PALM_MASS, _LINK_MASS = 0.3, 0.02  # [kg]; the base is fixed and gravity acts on the object alone
 _INERTIA = 1e-4

@@ -12,7 +12,7 @@ from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import Features, stack_features
 from intent_inference.quantisation.soft_evidence import Evidence
 from intent_inference.quantisation.variables import OBJECT_CLASS
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.grasp.grasp_detector import StableGrasp
 from intent_tracking.scene.scene_state import SceneState

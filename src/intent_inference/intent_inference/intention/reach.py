@@ -13,8 +13,8 @@ import numpy as np
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import Features, stack_features
 from intent_inference.quantisation.soft_evidence import Evidence
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import (
-    Array,
     inverse,
     quaternion_from_rotation,
     transform_points,

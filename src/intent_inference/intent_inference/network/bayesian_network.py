@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_inference.network.elimination_kernel import run_schedule
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 Index = NDArray[np.int64]
 

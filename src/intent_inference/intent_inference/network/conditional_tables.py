@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,15 @@
 """Compiled elimination: one pass over the flat arrays of `network.Schedule` answers a query."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array, Mask
+from intent_perception.basics.kernels import summing_kernel
 
 Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
-
-_FAST = {"reassoc", "contract", "arcp", "nsz"}
-"""Sums may be vectorised; zeros and infinities keep their meaning."""
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def run_schedule(
     likelihoods: Array,
     buffer: Array,
@@ -60,7 +56,7 @@ def run_schedule(
             evidence[g, n] = log_scale + np.log(total)
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _is_barren(likelihood: Array, step: Index, factors: Index, barren: Mask) -> bool:
     """Return whether nothing is known of a variable and all below it: its message is all ones."""
     if step[8] == 0:
@@ -74,7 +70,7 @@ def _is_barren(likelihood: Array, step: Index, factors: Index, barren: Mask) -> 
     return True
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _eliminate(
     likelihood: Array,
     buffer: Array,
@@ -121,7 +117,7 @@ def _eliminate(
     return largest
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _moved(factors: Index, maps: Index, first: int, end: int, entry: int, last: int) -> bool:
     """Return whether a factor other than the first is read elsewhere than for the last entry."""
     for f in range(first + 1, end):
@@ -130,7 +126,7 @@ def _moved(factors: Index, maps: Index, first: int, end: int, entry: int, last: 
     return False
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _multiply(
     product: Array, weight: Array, buffer: Array, factors: Index, maps: Index, first: int, end: int,
     entry: int, active: Index, count: int,
@@ -144,7 +140,7 @@ def _multiply(
             product[active[a]] *= buffer[base + active[a] * stride]
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _possible(
     likelihood: Array, gates: Index, maps: Index, first: int, end: int, entry: int
 ) -> bool:

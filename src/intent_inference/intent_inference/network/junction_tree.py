@@ -6,7 +6,7 @@ from intent_inference.network.bayesian_network import DiscreteNetwork
 from intent_inference.network.structure import TASK
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.soft_evidence import Evidence
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 
 def junction_tree_posterior(network: DiscreteNetwork, target: str, likelihoods: Array) -> Array:

@@ -15,7 +15,7 @@ from intent_inference.network.probability_calibration import Calibration
 from intent_inference.network.task_model import Member, TaskModel, TaskNetworks
 from intent_inference.quantisation.mixture import GaussianMixture
 from intent_inference.quantisation.quantiser import Quantiser, Standardisation
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 SCHEMA = 1
 _HEADER = "header"

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
+from intent_perception.basics.kernels import exact_kernel
 
 _LARGEST = 30.0
 _SLOPE = 0.1
@@ -33,7 +33,7 @@ class Calibration:
         return result
 
 
-@njit(cache=True, error_model="numpy")
+@exact_kernel
 def _calibrated(log_odds: Array, weights: Array, knots: Array, levels: Array) -> Array:
     """Return the piecewise-linear map of the weighted log-odds (N, M) -> (N,)."""
     result = np.empty(log_odds.shape[0])

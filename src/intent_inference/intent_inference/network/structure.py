@@ -7,7 +7,7 @@ import numpy as np
 
 from intent_inference.network.conditional_tables import soft_counts
 from intent_inference.quantisation.quantiser import information_of, mutual_information
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 Assignments = dict[str, Array]
 """Variable to (N, K) soft assignment; rows of zeros are unknown. The task is one of them."""

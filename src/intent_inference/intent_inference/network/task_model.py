@@ -17,7 +17,7 @@ from intent_inference.quantisation.feature_table import Features, count_rows, se
 from intent_inference.quantisation.quantiser import Quantiser
 from intent_inference.quantisation.soft_evidence import Evidence, EvidenceBank
 from intent_inference.quantisation.variables import ACTION, OBJECT, OBJECT_CLASS
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 _SURE = 1e-12
 

@@ -5,23 +5,21 @@ the two together. A grasp's evidence must not cost a millisecond of small numpy 
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array, Mask
+from intent_perception.basics.kernels import summing_kernel
 
 Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 PLAIN, LOGARITHM, ROTATION, DIRECTION = 0, 1, 2, 3
 LARGEST_DIMENSION = 24
 SHORTEST = 1e-3
 NEGLIGIBLE = -25.0
 """Log likelihood ratio to the best state below which a state is ruled out: networks skip it."""
-_FAST = {"reassoc", "contract", "arcp", "nsz"}
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def standardised(
     raw: Array,
     deviation: Array,
@@ -68,7 +66,7 @@ def standardised(
                 _carry(own, noise[:count, :noises], moved, widening[n, v])
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _carry(axes: Array, noise: Array, moved: Array, covariance: Array) -> None:
     """Fill the lower triangle of (axes noise) (axes noise)^T."""
     dimension, count = axes.shape
@@ -86,7 +84,7 @@ def _carry(axes: Array, noise: Array, moved: Array, covariance: Array) -> None:
             covariance[d, f] = total
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _embed(kind: int, given: Array, spread: Array, point: Array, noise: Array) -> int:
     """Fill one value's coordinates and its noises (columns); return the number of noises."""
     count = len(given)
@@ -114,7 +112,7 @@ def _embed(kind: int, given: Array, spread: Array, point: Array, noise: Array) -
     return count
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _embed_rotation(given: Array, spread: Array, point: Array, noise: Array) -> None:
     squared = given[0] ** 2 + given[1] ** 2 + given[2] ** 2 + given[3] ** 2
     x, y, z, w = given[0], given[1], given[2], given[3]
@@ -135,7 +133,7 @@ def _embed_rotation(given: Array, spread: Array, point: Array, noise: Array) -> 
         noise[part, 2], noise[part + 1, 2], noise[part + 2, 2] = -b, a, 0.0
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def block_likelihoods(
     values: Array,
     known: Mask,
@@ -199,7 +197,7 @@ def block_likelihoods(
             log_scale[n, b + 1] = top
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _widened_density(
     offset: Array, covariance: Array, widening: Array, factor: Array, dimension: int
 ) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 _LOG_TWO_PI = float(np.log(2.0 * np.pi))
 

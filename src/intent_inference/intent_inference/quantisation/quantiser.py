@@ -14,9 +14,7 @@ from intent_inference.quantisation.som import (
     fit_map,
 )
 from intent_inference.quantisation.variables import coordinates_of
-from intent_perception.geometry.transforms import Array
-
-Mask = NDArray[np.bool_]
+from intent_perception.basics.arrays import Array, Mask
 
 _FLAT = 1e-6  # a coordinate that varies less is constant
 

@@ -18,7 +18,7 @@ from intent_inference.quantisation.evidence_kernel import (
 from intent_inference.quantisation.feature_table import Features, count_rows
 from intent_inference.quantisation.quantiser import Quantiser
 from intent_inference.quantisation.variables import OBJECT_CLASS
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 _KINDS = {"size": LOGARITHM, "gbvl": LOGARITHM, "dir": ROTATION, "npos": DIRECTION}
 

@@ -10,11 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry.transforms import (
-    Array,
-    quaternion_from_rotation,
-    rotation_from_quaternion,
-)
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import quaternion_from_rotation, rotation_from_quaternion
 
 OBJECT_CLASS = "obcl"
 OBJECT = ("obcl", "size", "conv")

@@ -7,13 +7,11 @@ the two halves save most volume, and so on, as long as a cut shrinks the volume 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from intent_perception.basics.arrays import Array, Mask
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.geometry.transforms import Array, rotation_from_vector
-
-Mask = NDArray[np.bool_]
+from intent_perception.geometry.transforms import rotation_from_vector
 
 _SAMPLES = 2500
 _DIRECTIONS = 48  # candidate directions for the first axis of a box

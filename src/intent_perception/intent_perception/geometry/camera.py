@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 DepthImage = NDArray[np.float32]
 ColorImage = NDArray[np.uint8]

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
-from intent_perception.geometry.transforms import Array, inverse, look_at, transform_points
+from intent_perception.geometry.transforms import inverse, look_at, transform_points
 
 _UNITS = {"m": 1.0, "mm": 0.001}
 _PLY_TYPES = {

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh, convex_hull
 from intent_perception.geometry.sdf_grid import inside_grid
-from intent_perception.geometry.transforms import Array
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from scipy.sparse import coo_array, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import ConvexHull
 
-from intent_perception.geometry.transforms import Array, transform_points
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import transform_points
 
 Faces = NDArray[np.int32]
 

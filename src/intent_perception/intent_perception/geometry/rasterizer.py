@@ -1,16 +1,16 @@
 """Triangles -> depth, as a kernel that other kernels call for one model in a small window."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float32]
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 
 NOTHING = np.float32(1e6)
 """Depth of a pixel on which nothing is drawn (fast arithmetic knows no infinity)."""
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def rasterize(
     vertices: Floats,
     faces: NDArray[np.int32],

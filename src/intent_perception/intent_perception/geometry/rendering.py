@@ -4,14 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.kernels import exact_kernel, kernel
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.geometry.transforms import Array
-
-Floats = NDArray[np.float32]
 
 _NEAR = 0.02
 """What is nearer to the camera is cut off [m]."""
@@ -166,7 +164,7 @@ def _shades(
     return np.ascontiguousarray(np.clip(shade * 255.0 + 0.5, 0, 255).astype(np.uint8))
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def rasterize_faces(  # noqa: C901, PLR0915  one loop nest, split it would be slower to read
     triangles: Floats, intrinsics: Floats, inverse_depth: Floats, face: NDArray[np.int32]
 ) -> None:
@@ -225,7 +223,7 @@ def rasterize_faces(  # noqa: C901, PLR0915  one loop nest, split it would be sl
                     face[v, u] = f
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def resolve(
     inverse_depth: Floats, face: NDArray[np.int32], labels: NDArray[np.int16]
 ) -> tuple[Floats, NDArray[np.int16]]:
@@ -241,7 +239,7 @@ def resolve(
     return depth, label
 
 
-@njit(cache=True, nogil=True)
+@exact_kernel
 def paint(face: NDArray[np.int32], shades: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the image (H, W, 3) in which each pixel has the colour (F, 3) of its face."""
     height, width = face.shape
@@ -254,7 +252,7 @@ def paint(face: NDArray[np.int32], shades: NDArray[np.uint8]) -> NDArray[np.uint
     return color
 
 
-@njit(cache=True, nogil=True)
+@exact_kernel
 def look_up(face: NDArray[np.int32], values: Floats) -> Floats:
     """Return the image (H, W, 3) in which each pixel has the value (F, 3) of its face."""
     height, width = face.shape

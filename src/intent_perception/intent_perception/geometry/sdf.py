@@ -4,14 +4,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.kernels import inlined_kernel, kernel
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.sdf_grid import fill_distance, inside_grid
-from intent_perception.geometry.transforms import Array
-
-Floats = NDArray[np.float32]
 
 _FAR = np.float32(1e12)
 
@@ -82,7 +80,7 @@ class SignedDistance:
         return result
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True, inline="always")
+@inlined_kernel
 def sample(
     values: Floats, origin: Floats, spacing: np.float32, x: float, y: float, z: float
 ) -> float:
@@ -103,7 +101,7 @@ def sample(
     return inside
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True, inline="always")
+@inlined_kernel
 def locate(
     x: float, origin: np.float32, spacing: np.float32, count: int
 ) -> tuple[int, np.float32, np.float32]:
@@ -115,7 +113,7 @@ def locate(
     return cell, clamped - np.float32(cell), (position - clamped) * spacing
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def sample_gradient(
     values: Floats, origin: Floats, spacing: np.float32, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
@@ -133,7 +131,7 @@ def sample_gradient(
     return gx / spacing, gy / spacing, gz / spacing
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def distances(values: Floats, origin: Floats, spacing: np.float32, points: Floats) -> Floats:
     """Return the signed distances (N,) of points (N, 3)."""
     result = np.empty(len(points), np.float32)
@@ -142,7 +140,7 @@ def distances(values: Floats, origin: Floats, spacing: np.float32, points: Float
     return result
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def gradients(values: Floats, origin: Floats, spacing: np.float32, points: Floats) -> Floats:
     """Return the gradients (N, 3) at points (N, 3)."""
     result = np.empty((len(points), 3), np.float32)

@@ -5,10 +5,10 @@ Bridson's level-set construction), and crossings of grid lines for the sign.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
+from intent_perception.basics.kernels import exact_kernel, kernel
 
 Indices = NDArray[np.int32]
 
@@ -18,7 +18,7 @@ _PASSES = 2
 _ASIDE_Y, _ASIDE_Z = 1.37e-4, 2.11e-4
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def triangle_distance(triangle: Array, x: float, y: float, z: float) -> float:
     """Return the squared distance of a point to a triangle (3, 3).
 
@@ -58,7 +58,7 @@ def triangle_distance(triangle: Array, x: float, y: float, z: float) -> float:
     return squared
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def fill_distance(triangles: Array, squared: NDArray[np.float32], nearest: Indices) -> None:
     """Fill a grid with the squared distance to the nearest triangle.
 
@@ -91,7 +91,7 @@ def fill_distance(triangles: Array, squared: NDArray[np.float32], nearest: Indic
             sweep(triangles, squared, nearest, di, dj, dk)
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def sweep(
     triangles: Array, squared: NDArray[np.float32], nearest: Indices, di: int, dj: int, dk: int
 ) -> None:
@@ -119,7 +119,7 @@ def sweep(
                 squared[i, j, k], nearest[i, j, k] = best, own
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@exact_kernel
 def count_crossings(triangles: Array, shape: tuple[int, int, int]) -> NDArray[np.int16]:
     """Return for each grid point how often the line along x crosses triangles before it.
 

@@ -4,13 +4,10 @@
 Quaternions are (x, y, z, w) as in ROS messages. Lengths are in m, angles in rad.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
-AnyArray = NDArray[Any]
+from intent_perception.basics.arrays import Array
 
 _SMALL_ANGLE = 1e-8
 _DEGENERATE = 1e-12

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh, read_mesh
-from intent_perception.geometry.transforms import Array, pose_from_vector
+from intent_perception.geometry.transforms import pose_from_vector
 from intent_perception.objects.model import (
     Edge,
     Face,

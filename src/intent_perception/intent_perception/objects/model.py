@@ -5,9 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.convex_parts import convex_pieces
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.geometry.transforms import Array, rotation_from_vector
+from intent_perception.geometry.transforms import rotation_from_vector
 
 OBJECT_CLASSES = ("bottle", "glass", "mug", "knife", "hammer", "screwdriver")
 """Classes of the shipped database; a user's object may have any other class."""

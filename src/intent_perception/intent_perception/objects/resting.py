@@ -3,8 +3,9 @@
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.geometry.transforms import Array, make_pose, rotation_between
+from intent_perception.geometry.transforms import make_pose, rotation_between
 from intent_perception.objects.model import Symmetry
 
 _SAME_POSE = np.cos(np.deg2rad(12.0))

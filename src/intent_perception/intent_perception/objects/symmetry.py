@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.transforms import (
-    Array,
     make_pose,
     rotation_from_vector,
     transform_points,

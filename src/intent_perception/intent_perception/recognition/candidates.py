@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
 from intent_perception.recognition.conflict import Evidence
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.verification.alignment import align
@@ -20,8 +21,6 @@ from intent_perception.recognition.verification.explanation import COUNTS, draw,
 from intent_perception.recognition.verification.fit_measures import patch_residual, shape_shown
 from intent_perception.recognition.verification.point_check import support_of_all
 from intent_perception.scene.scene_view import SceneView
-
-Floats = NDArray[np.float32]
 
 _ALIGNMENT = np.array([0.016, 0.012, 0.010, 0.008, 0.008], np.float32)
 _STEPS = np.array([0.010, 0.007, 0.005], np.float32)  # largest residuals of the refinements [m]

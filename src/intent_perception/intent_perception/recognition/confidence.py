@@ -7,6 +7,7 @@ import yaml
 from numpy.typing import NDArray
 
 from intent_perception import SHARE
+from intent_perception.basics.arrays import Floats
 from intent_perception.recognition.conflict import quality_of
 from intent_perception.recognition.verification.explanation import (
     DISAGREE,
@@ -22,7 +23,6 @@ from intent_perception.recognition.verification.explanation import (
 if TYPE_CHECKING:
     from intent_perception.recognition.candidates import Drawing
 
-Floats = NDArray[np.float32]
 
 FEATURES = {
     "quality": 1,

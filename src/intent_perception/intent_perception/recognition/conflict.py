@@ -7,12 +7,11 @@ then each is put up again for choice with the others fixed, until nothing change
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 from intent_perception.recognition.verification.explanation import DISAGREE, FRONT, MATCH
-
-Floats = NDArray[np.float32]
 
 _QUALITY_POWER = 3.0
 _ROUNDS = 3
@@ -99,7 +98,7 @@ def select(
     return np.array(chosen, np.int64)
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def explained_by(
     values: Floats, windows: NDArray[np.int64], chosen: NDArray[np.int64], shape: tuple[int, int]
 ) -> Floats:
@@ -115,7 +114,7 @@ def explained_by(
     return explained
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def gains(values: Floats, windows: NDArray[np.int64], explained: Floats) -> tuple[Floats, Floats]:
     """Return for each hypothesis the evidence it adds to what is explained, and that against it."""
     count = len(windows)

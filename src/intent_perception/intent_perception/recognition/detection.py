@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.geometry.transforms import Array
 from intent_perception.recognition.candidates import Drafter
 from intent_perception.recognition.confidence import confidence, features_of
 from intent_perception.recognition.conflict import Evidence, explained_by, gains, quality_of, select
@@ -19,8 +19,6 @@ from intent_perception.scene.oriented_image import OrientedImage, orient
 from intent_perception.scene.scene_view import SceneView
 from intent_perception.scene.segmentation import Segmentation, segment
 from intent_perception.scene.table_plane import TablePlane, find_table
-
-Floats = NDArray[np.float32]
 
 _COARSE = 1.7  # the first stage allows for the error of a single pair
 _SELECTIONS = 3

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, ColorImage
 from intent_perception.geometry.rendering import render
-from intent_perception.geometry.transforms import Array
 from intent_perception.objects.model import ObjectModel
 
 

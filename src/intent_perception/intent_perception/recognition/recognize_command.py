@@ -16,9 +16,9 @@ from typing import Any
 import cv2
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame, clean_depth
 from intent_perception.geometry.cloud import read_cloud, view_cloud
-from intent_perception.geometry.transforms import Array
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.detection import Detector, DetectorConfig, Findings
 from intent_perception.recognition.overlay import overlay

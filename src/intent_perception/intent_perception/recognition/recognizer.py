@@ -7,8 +7,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.geometry.transforms import Array, transform_points
+from intent_perception.geometry.transforms import transform_points
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.detection import Detection, Detector, DetectorConfig, Findings
 from intent_perception.recognition.proposal.model_library import ModelLibrary

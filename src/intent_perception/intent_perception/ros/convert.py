@@ -12,8 +12,8 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from intent_perception.bags.frame_assembly import NANOSECONDS, stamp_of
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import (
-    Array,
     make_pose,
     quaternion_from_rotation,
     rotation_from_quaternion,

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Mask
 from intent_perception.scene.oriented_image import OrientedImage
 from intent_perception.scene.segmentation import connected_surfaces
 from intent_perception.scene.table_plane import TablePlane
-
-Mask = NDArray[np.bool_]
 
 _LOWEST = 0.012  # what is lower may be the table [m]
 _ELBOW = 0.08  # what is higher at the table's edge may belong to an arm [m]

@@ -13,8 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, ColorImage, DepthImage, RgbdFrame
-from intent_perception.geometry.transforms import Array, inverse, make_pose, rotation_from_vector
+from intent_perception.geometry.transforms import inverse, make_pose, rotation_from_vector
 from intent_perception.scene.oriented_image import orient
 from intent_perception.scene.table_plane import find_table
 

@@ -9,13 +9,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats, Mask
+from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.camera import Camera, RgbdFrame
-
-Floats = NDArray[np.float32]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +77,7 @@ def _strided(camera: Camera, stride: int, shape: tuple[int, ...]) -> Camera:
     )
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def fit_planes(  # noqa: PLR0915 (one kernel)
     depth: Floats, fx: float, fy: float, cx: float, cy: float, radius: float
 ) -> tuple[Floats, Floats]:

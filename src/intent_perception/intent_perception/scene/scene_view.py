@@ -6,10 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
 from intent_perception.scene.oriented_image import OrientedImage
 from intent_perception.scene.segmentation import Segmentation
-
-Floats = NDArray[np.float32]
 
 _EXPLAINED = 0.2  # evidence above which a pixel belongs to an object
 _BENT = 0.02  # largest error of the table plane [m]

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array, inverse, make_pose
+from intent_perception.basics.arrays import Array
+from intent_perception.basics.kernels import kernel
+from intent_perception.geometry.transforms import inverse, make_pose
 from intent_perception.scene.oriented_image import OrientedImage
 
 _CELL = 0.02  # edge of the grid cells that decide which inliers hang together [m]
@@ -64,7 +65,7 @@ class TablePlane:
         return inset.reshape(points.shape[:-1])
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def _inset(
     points: NDArray[np.float32], T_flat: NDArray[np.float32], outline: NDArray[np.float32]
 ) -> NDArray[np.float32]:

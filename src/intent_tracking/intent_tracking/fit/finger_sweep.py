@@ -5,14 +5,14 @@ capsules of its finger and counts only the change of C (see `objective`) in thei
 """
 
 import numpy as np
-from numba import njit
 
+from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.objective import PENETRATION_WEIGHT, draw_objects, penetration, pixel_cost
-from intent_tracking.scene.hand_kernel import JIT, new_hand_buffers, place_hand
+from intent_tracking.scene.hand_kernel import new_hand_buffers, place_hand
 from intent_tracking.scene.raster import FAR, draw_capsule
 
 
-@njit(**JIT)
+@kernel
 def finger_cost(  # type: ignore[no-untyped-def]
     hand, buffers, objects, seen, rest, thing, without, own, state, rotations, finger, prior,
     posture, pull, unusual, g,
@@ -58,19 +58,19 @@ def finger_cost(  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(**JIT)
+@kernel
 def normal():  # type: ignore[no-untyped-def]
     """Return a standard normal number of the compiled generator."""
     return np.float32(np.random.standard_normal())  # noqa: NPY002 (numba's own generator)
 
 
-@njit(**JIT)
+@kernel
 def between(low, high):  # type: ignore[no-untyped-def]
     """Return a uniform number of the compiled generator."""
     return low + np.float32(np.random.random()) * (high - low)  # noqa: NPY002
 
 
-@njit(**JIT)
+@kernel
 def draw_trial(state, origin, limits, finger, trial, spread):  # type: ignore[no-untyped-def]
     """Draw a pose of one finger: near the present one, or anywhere on a natural curl."""
     base, first = 6 + 4 * finger, 4 * finger
@@ -96,7 +96,7 @@ def draw_trial(state, origin, limits, finger, trial, spread):  # type: ignore[no
         state[base + level] = min(max(state[base + level], low), high)
 
 
-@njit(**JIT)
+@kernel
 def sweep_fingers(  # type: ignore[no-untyped-def]
     hand, objects, seen, state, rotations, prior, posture, limits, trials, pull, unusual, spread,
     seed,

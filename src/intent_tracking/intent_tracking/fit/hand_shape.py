@@ -17,11 +17,11 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array, Floats
 from intent_tracking.fit.shape_equations import ShapeDirections, shape_equations
 from intent_tracking.image.frame_evidence import Evidence, Weights
 from intent_tracking.scene.body_state import BodyState
-from intent_tracking.scene.hand_kernel import HandArrays, Single, hand_arrays
+from intent_tracking.scene.hand_kernel import HandArrays, hand_arrays
 from intent_tracking.scene.hand_model import SHAPE_SIZE, HandModel, Side
 
 POSE = 26
@@ -131,7 +131,7 @@ class HandShapeEstimate:
         return np.asarray(np.sqrt(np.diag(np.linalg.inv(self._prior + self._information))))
 
 
-def _without_pose(matrix: Single, vector: Single, ridge: float) -> tuple[Array, Array]:
+def _without_pose(matrix: Floats, vector: Floats, ridge: float) -> tuple[Array, Array]:
     """Return the information (22, 22) and right side (22,) of the shape alone."""
     lower = np.tril(matrix.astype(np.float64))
     full = lower + np.tril(lower, -1).T
@@ -143,7 +143,7 @@ def _without_pose(matrix: Single, vector: Single, ridge: float) -> tuple[Array, 
 
 
 @cache
-def _unit_directions(side: Side) -> tuple[Single, ...]:
+def _unit_directions(side: Side) -> tuple[Floats, ...]:
     """Return (22, ...) the average hand, what thickness adds and what each bone factor adds.
 
     In the order of `ShapeDirections`.
@@ -184,7 +184,7 @@ def shaped_hand(side: Side, shape: Array) -> HandArrays:
 
 
 @cache
-def _rotations(side: Side) -> Single:
+def _rotations(side: Side) -> Floats:
     return hand_arrays(HandModel(side)).rotations
 
 

@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array, rotation_between, rotation_from_vector
+from intent_perception.basics.arrays import Array, Floats
+from intent_perception.geometry.transforms import rotation_between, rotation_from_vector
 from intent_tracking.fit.finger_sweep import sweep_fingers
 from intent_tracking.fit.objective import rendered_cost
 from intent_tracking.fit.refinement import refine
@@ -20,7 +21,7 @@ from intent_tracking.image.frame_evidence import Evidence, Labelled, Prior, Weig
 from intent_tracking.image.labelling import inner_pixels
 from intent_tracking.image.tile import Tile
 from intent_tracking.scene.body_state import BodyState
-from intent_tracking.scene.hand_kernel import HandArrays, Single
+from intent_tracking.scene.hand_kernel import HandArrays
 from intent_tracking.scene.hand_model import FITTED_LIMITS, HandModel, Side
 from intent_tracking.scene.object_kernel import object_arrays
 from intent_tracking.scene.posture_prior import shipped_posture
@@ -171,7 +172,7 @@ def candidates(
 
 def _starts(
     region: HandRegion, model: HandModel, config: InitialisationConfig, rng: np.random.Generator
-) -> tuple[Single, Single]:
+) -> tuple[Floats, Floats]:
     """Return start states (B, 26) and rotations (B, 1, 3, 3)."""
     along = rotation_between([1.0, 0.0, 0.0], region.direction)
     behind = np.array([0.0, 0.0, 0.01])  # the points lie on the side that the camera sees
@@ -195,10 +196,10 @@ def _refine(
     arrays: HandArrays,
     evidence: Evidence,
     weights: Weights,
-    values: Single,
-    rotations: Single,
+    values: Floats,
+    rotations: Floats,
     iterations: int,
-) -> Single:
+) -> Floats:
     prior_state = np.zeros(26, np.float32)
     prior_state[6:] = POSTURES[1]
     none = np.zeros(0, np.float32)
@@ -214,15 +215,15 @@ def _refine(
     return costs
 
 
-def _cost(arrays: HandArrays, seen: Labelled, values: Single, rotations: Single) -> float:
+def _cost(arrays: HandArrays, seen: Labelled, values: Floats, rotations: Floats) -> float:
     return float(rendered_cost(arrays, NO_OBJECTS, seen, values, rotations)[1])
 
 
 def _sweep(
     arrays: HandArrays,
     seen: Labelled,
-    values: Single,
-    rotations: Single,
+    values: Floats,
+    rotations: Floats,
     config: InitialisationConfig,
     seed: int,
 ) -> None:

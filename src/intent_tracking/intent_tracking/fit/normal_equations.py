@@ -19,8 +19,8 @@ rho_s(e) = s^2 e^2 / (s^2 + e^2) (Geman-McClure).
 import math
 
 import numpy as np
-from numba import njit
 
+from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.prior_terms import add_priors
 from intent_tracking.fit.wrenches import (
     add_row,
@@ -30,11 +30,11 @@ from intent_tracking.fit.wrenches import (
     empty_hand,
     hand_row,
 )
-from intent_tracking.scene.hand_kernel import JIT, nearest_capsule, place_hand
+from intent_tracking.scene.hand_kernel import nearest_capsule, place_hand
 from intent_tracking.scene.object_kernel import distance_in_camera
 
 
-@njit(**JIT)
+@kernel
 def tile_pixel(x, y, z, evidence):  # type: ignore[no-untyped-def]
     """Return the pixel (row, column) of a point, kept one off the tile's border."""
     last = evidence.depth.shape[0] - 2
@@ -44,7 +44,7 @@ def tile_pixel(x, y, z, evidence):  # type: ignore[no-untyped-def]
     return min(max(row, 1), last), min(max(column, 1), last)
 
 
-@njit(**JIT)
+@kernel
 def add_hand_points(hand, buffers, evidence, weights, state, bags, work):  # type: ignore[no-untyped-def]
     """Add observed hand points against the nearest capsule; return their cost."""
     nearest_capsule(evidence.hand_points, buffers.ends, hand.radii, work[0], work[1])
@@ -72,7 +72,7 @@ def add_hand_points(hand, buffers, evidence, weights, state, bags, work):  # typ
     return cost
 
 
-@njit(**JIT)
+@kernel
 def add_object_points(objects, evidence, weights, state, rotations, bags, g):  # type: ignore[no-untyped-def]
     """Add observed object points against the signed distance; return their cost."""
     square, cost = weights.scale * weights.scale, np.float32(0.0)
@@ -90,7 +90,7 @@ def add_object_points(objects, evidence, weights, state, rotations, bags, g):  #
     return cost
 
 
-@njit(**JIT)
+@kernel
 def image_residual(evidence, weights, x, y, z, radius, g):  # type: ignore[no-untyped-def]
     """Return (residual, weight) of a model sample against silhouette or depth; write d e / dc."""
     r, c = tile_pixel(x, y, z, evidence)
@@ -111,7 +111,7 @@ def image_residual(evidence, weights, x, y, z, radius, g):  # type: ignore[no-un
     return np.float32(0.0), np.float32(0.0)
 
 
-@njit(**JIT)
+@kernel
 def add_hand_samples(  # type: ignore[no-untyped-def]
     hand,
     objects,
@@ -168,7 +168,7 @@ def add_hand_samples(  # type: ignore[no-untyped-def]
     return cost
 
 
-@njit(**JIT)
+@kernel
 def add_object_samples(objects, evidence, weights, state, rotations, bags, g):  # type: ignore[no-untyped-def]
     """Add silhouette and depth order of the objects' surface samples; return their cost."""
     cost = np.float32(0.0)
@@ -197,7 +197,7 @@ def add_object_samples(objects, evidence, weights, state, rotations, bags, g):  
     return cost
 
 
-@njit(**JIT)
+@kernel
 def linearize(  # type: ignore[no-untyped-def]
     hand, objects, evidence, weights, prior, state, rotations, buffers, normal, gradient, bags,
     work, row, index, g,

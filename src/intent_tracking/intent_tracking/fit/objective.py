@@ -19,9 +19,9 @@ b = 1 where both are foreground. A model pixel behind an unknown occluder counts
 """
 
 import numpy as np
-from numba import njit
 
-from intent_tracking.scene.hand_kernel import JIT, new_hand_buffers, place_hand, turn
+from intent_perception.basics.kernels import kernel
+from intent_tracking.scene.hand_kernel import new_hand_buffers, place_hand, turn
 from intent_tracking.scene.object_kernel import off_grid, signed_distance
 from intent_tracking.scene.raster import FAR, draw_capsule, draw_mesh
 
@@ -33,7 +33,7 @@ FORTH_PENETRATION_WEIGHT = np.float32(20.0)
 REST_GAP = np.float32(0.15)
 
 
-@njit(**JIT)
+@kernel
 def forth_shares(z, hand_first, d, oh, ot):  # type: ignore[no-untyped-def]
     """Return what one pixel adds to the six sums of D: rendered depth z, observed depth d [m]."""
     one, zero = np.float32(1.0), np.float32(0.0)
@@ -56,7 +56,7 @@ def forth_shares(z, hand_first, d, oh, ot):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**JIT)
+@kernel
 def forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1):  # type: ignore[no-untyped-def]
     """Return the six sums of D over rows r0..r1-1 and columns c0..c1-1.
 
@@ -81,7 +81,7 @@ def forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1):  # type: ignore[n
     return total, area, hand_and, hand_or, thing_and, thing_or
 
 
-@njit(**JIT)
+@kernel
 def forth_cost(sums):  # type: ignore[no-untyped-def]
     """Return D from its six sums over the tile."""
     one, two, eps = np.float32(1.0), np.float32(2.0), np.float32(1e-6)
@@ -92,7 +92,7 @@ def forth_cost(sums):  # type: ignore[no-untyped-def]
     return cost
 
 
-@njit(**JIT)
+@kernel
 def sums_above(hand_depth, thing_depth, seen, above):  # type: ignore[no-untyped-def]
     """Write the sums of D over all rows above each row in strips of 16 columns.
 
@@ -107,7 +107,7 @@ def sums_above(hand_depth, thing_depth, seen, above):  # type: ignore[no-untyped
                 above[row + 1, strip, n] = above[row, strip, n] + sums[n]
 
 
-@njit(**JIT)
+@kernel
 def complete_sums(drawn, above, r0, r1, c0, c1, sums):  # type: ignore[no-untyped-def]
     """Write the six sums of D over a tile of which a window was drawn anew.
 
@@ -129,7 +129,7 @@ def complete_sums(drawn, above, r0, r1, c0, c1, sums):  # type: ignore[no-untype
             sums[n] -= above[r1, strip, n] - above[r0, strip, n]
 
 
-@njit(**JIT)
+@kernel
 def finger_crossing(state):  # type: ignore[no-untyped-def]
     """Return kc [rad] of a state: abduction is positive towards the thumb."""
     total = np.float32(0.0)
@@ -139,7 +139,7 @@ def finger_crossing(state):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(**JIT)
+@kernel
 def penetration(hand, buffers, objects, state, rotations, first, last, gradient):  # type: ignore[no-untyped-def]
     """Return how deep samples of capsules first..last-1 lie inside the objects, summed [m]."""
     total = np.float32(0.0)
@@ -161,7 +161,7 @@ def penetration(hand, buffers, objects, state, rotations, first, last, gradient)
     return total
 
 
-@njit(**JIT)
+@kernel
 def pixel_cost(zh, zt, d, oh, ot, valid):  # type: ignore[no-untyped-def]
     """Return one pixel's share of C."""
     one, zero = np.float32(1.0), np.float32(0.0)
@@ -177,7 +177,7 @@ def pixel_cost(zh, zt, d, oh, ot, valid):  # type: ignore[no-untyped-def]
     return cost * valid
 
 
-@njit(**JIT)
+@kernel
 def draw_objects(objects, state, rotations, seen, depth, work):  # type: ignore[no-untyped-def]
     """Draw the K objects of a state into depth (S, S); return the window as `draw_mesh` does."""
     r0, r1, c0, c1 = depth.shape[0], 0, depth.shape[0], 0
@@ -193,7 +193,7 @@ def draw_objects(objects, state, rotations, seen, depth, work):  # type: ignore[
     return r0, r1, c0, c1
 
 
-@njit(**JIT)
+@kernel
 def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-untyped-def]
     """Return (C + penetration, C per observed or drawn hand pixel) of one state.
 
@@ -230,7 +230,7 @@ def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-unt
     ) else np.float32(1.0)
 
 
-@njit(**JIT)
+@kernel
 def turn_bodies(state, base, rotations):  # type: ignore[no-untyped-def]
     """Write the rotations (1 + K, 3, 3) that the increments of a state make of `base`."""
     for body in range(base.shape[0]):
@@ -238,7 +238,7 @@ def turn_bodies(state, base, rotations):  # type: ignore[no-untyped-def]
         turn(state[o], state[o + 1], state[o + 2], base[body], rotations[body])
 
 
-@njit(**JIT)
+@kernel
 def forth_costs(hand, objects, seen, states, base, first, last, costs):  # type: ignore[no-untyped-def]
     """Write E of particles first..last-1; rotations are increments exp(state[3:6]) on `base`.
 

@@ -1,12 +1,11 @@
 """The terms of the refinement that do not look at the image: limits, prediction, synergy."""
 
 import numpy as np
-from numba import njit
 
-from intent_tracking.scene.hand_kernel import JIT
+from intent_perception.basics.kernels import kernel
 
 
-@njit(**JIT)
+@kernel
 def add_single(normal, gradient, i, e, w):  # type: ignore[no-untyped-def]
     """Add w e^2 of a residual that is unknown i itself; return its cost."""
     normal[i, i] += w
@@ -14,7 +13,7 @@ def add_single(normal, gradient, i, e, w):  # type: ignore[no-untyped-def]
     return w * e * e
 
 
-@njit(**JIT)
+@kernel
 def add_pair(normal, gradient, i, j, factor, state, w):  # type: ignore[no-untyped-def]
     """Add w (x_i - factor x_j)^2, i > j; return its cost."""
     e = state[i] - factor * state[j]
@@ -26,7 +25,7 @@ def add_pair(normal, gradient, i, j, factor, state, w):  # type: ignore[no-untyp
     return w * e * e
 
 
-@njit(**JIT)
+@kernel
 def add_posture(normal, gradient, state, posture, w):  # type: ignore[no-untyped-def]
     """Add w times the squared Mahalanobis distance of the joint angles; return its cost."""
     cost = np.float32(0.0)
@@ -41,7 +40,7 @@ def add_posture(normal, gradient, state, posture, w):  # type: ignore[no-untyped
     return cost
 
 
-@njit(**JIT)
+@kernel
 def add_priors(weights, prior, state, rotations, normal, gradient):  # type: ignore[no-untyped-def]
     """Add limits, prediction, couplings, posture and object predictions; return their cost."""
     cost = np.float32(0.0)

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from intent_tracking.scene.hand_kernel import Single
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import exact_kernel
 
 COGNITIVE, SOCIAL = 2.8, 1.3
 _SUM = COGNITIVE + SOCIAL
@@ -19,18 +19,18 @@ FINGERS = slice(6, 26)
 class Swarm:
     """Where the swarm ended."""
 
-    best: Single
+    best: Floats
     """(D,) best position."""
     cost: float
-    spread: Single
+    spread: Floats
     """(D,) standard deviation of the particles' own best positions."""
 
 
 def minimise(
-    cost: Callable[[Single], Single],
-    start: Single,
-    spread: Single,
-    bounds: Single,
+    cost: Callable[[Floats], Floats],
+    start: Floats,
+    spread: Floats,
+    bounds: Floats,
     particles: int,
     generations: int,
     rng: np.random.Generator,
@@ -68,7 +68,7 @@ def minimise(
     return Swarm(own[winner], float(own_cost[winner]), own.std(axis=0).astype(np.float32))
 
 
-@njit(error_model="numpy", cache=True, nogil=True)
+@exact_kernel
 def remember(position, costs, own, own_cost):  # type: ignore[no-untyped-def]
     """Update each particle's best position (P, D) and its cost (P,); return the best particle."""
     best = 0
@@ -82,7 +82,7 @@ def remember(position, costs, own, own_cost):  # type: ignore[no-untyped-def]
     return best
 
 
-@njit(error_model="numpy", cache=True, nogil=True)
+@exact_kernel
 def fly(position, velocity, own, best, draws, spread, low, high):  # type: ignore[no-untyped-def]
     """Move the particles by one step of the swarm, without fast math: the same bits everywhere.
 
@@ -109,7 +109,7 @@ def fly(position, velocity, own, best, draws, spread, low, high):  # type: ignor
             position[p, d] = np.float32(there)
 
 
-def _redraw_finger_joints(position: Single, bounds: Single, rng: np.random.Generator) -> None:
+def _redraw_finger_joints(position: Floats, bounds: Floats, rng: np.random.Generator) -> None:
     chosen = rng.permutation(len(position))[: len(position) // 2]
     joints = rng.integers(FINGERS.start, FINGERS.stop, len(chosen))
     position[chosen, joints] = rng.uniform(bounds[joints, 0], bounds[joints, 1])

@@ -3,14 +3,14 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.normal_equations import linearize
 from intent_tracking.fit.wrenches import WRENCH
-from intent_tracking.scene.hand_kernel import JIT, new_hand_buffers, turn
+from intent_tracking.scene.hand_kernel import new_hand_buffers, turn
 
 
-@njit(**JIT)
+@kernel
 def solve_damped(normal, gradient, damping, lower, step):  # type: ignore[no-untyped-def]
     """Solve (normal + damping diag(normal)) step = gradient by Cholesky; `lower` is work space."""
     size = gradient.shape[0]
@@ -37,7 +37,7 @@ def solve_damped(normal, gradient, damping, lower, step):  # type: ignore[no-unt
         step[i] = s / lower[i, i]
 
 
-@njit(**JIT)
+@kernel
 def apply_step(state, rotations, step, limits, new_state, new_rotations):  # type: ignore[no-untyped-def]
     """Write state and rotations after a step; angles stay within their limits."""
     for i in range(state.shape[0]):
@@ -51,7 +51,7 @@ def apply_step(state, rotations, step, limits, new_state, new_rotations):  # typ
             new_state[i] = np.float32(0.0)
 
 
-@njit(**JIT)
+@kernel
 def refine(hand, objects, evidence, weights, prior, states, rotations, iterations, costs, normals):  # type: ignore[no-untyped-def]
     """Refine every start in place.
 

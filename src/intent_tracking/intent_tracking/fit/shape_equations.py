@@ -10,14 +10,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.normal_equations import image_residual
 from intent_tracking.fit.wrenches import hand_row
 from intent_tracking.scene.hand_kernel import (
-    JIT,
     HandArrays,
-    Single,
     nearest_capsule,
     new_hand_buffers,
     place_hand,
@@ -27,17 +26,17 @@ from intent_tracking.scene.hand_kernel import (
 class ShapeDirections(NamedTuple):
     """What each of the 22 numbers of a hand shape adds to `HandArrays`, per unit."""
 
-    translations: Single
+    translations: Floats
     """(22, 5, 4, 3) [m]."""
-    ends: Single
+    ends: Floats
     """(22, 24, 2, 3) [m]."""
-    radii: Single
+    radii: Floats
     """(22, 24) [m]."""
-    tips: Single
+    tips: Floats
     """(22, 5, 3) [m]."""
 
 
-@njit(**JIT)
+@kernel
 def add_dense(matrix, vector, full, e, weight):  # type: ignore[no-untyped-def]
     """Add weight full full^T (lower triangle) and -weight full e of one row (48,)."""
     for p in range(full.shape[0]):
@@ -48,7 +47,7 @@ def add_dense(matrix, vector, full, e, weight):  # type: ignore[no-untyped-def]
                 matrix[p, q] += w * full[q]
 
 
-@njit(**JIT)
+@kernel
 def fill_row(buffers, state, slopes, i, t, x, y, z, gx, gy, gz, row, index, full):  # type: ignore[no-untyped-def]
     """Write d(g . c) / d(pose, shape) into full (48,) for the point c at share t of capsule i.
 
@@ -67,7 +66,7 @@ def fill_row(buffers, state, slopes, i, t, x, y, z, gx, gy, gz, row, index, full
         )
 
 
-@njit(**JIT)
+@kernel
 def add_points(  # type: ignore[no-untyped-def]
     hand, buffers, slopes, thicker, evidence, weights, state, matrix, vector, full
 ):
@@ -97,7 +96,7 @@ def add_points(  # type: ignore[no-untyped-def]
             add_dense(matrix, vector, full, e, one / (q * q))
 
 
-@njit(**JIT)
+@kernel
 def add_samples(  # type: ignore[no-untyped-def]
     hand, buffers, slopes, thicker, evidence, weights, state, matrix, vector, full
 ):
@@ -121,7 +120,7 @@ def add_samples(  # type: ignore[no-untyped-def]
                 add_dense(matrix, vector, full, e, w / (q * q))
 
 
-@njit(**JIT)
+@kernel
 def shape_equations(  # type: ignore[no-untyped-def]
     hand, directions, evidence, weights, state, rotation, matrix, vector
 ):

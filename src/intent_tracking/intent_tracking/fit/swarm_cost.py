@@ -7,8 +7,9 @@ their meshes are drawn for each: into images of inverse depth, which that is che
 import math
 
 import numpy as np
-from numba import njit
 
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.objective import (
     FORTH_PENETRATION_WEIGHT,
     KINEMATIC_WEIGHT,
@@ -20,13 +21,13 @@ from intent_tracking.fit.objective import (
     turn_bodies,
 )
 from intent_tracking.image.frame_evidence import Labelled
-from intent_tracking.scene.hand_kernel import JIT, Single, new_hand_buffers, place_hand
+from intent_tracking.scene.hand_kernel import new_hand_buffers, place_hand
 from intent_tracking.scene.inverse_depth import FARTHEST, PADDING, draw_capsule, draw_meshes
 from intent_tracking.scene.object_kernel import signed_distance
 from intent_tracking.scene.raster import FAR
 
 
-@njit(**JIT)
+@kernel
 def grid_place(objects, k, r, x, y, z):  # type: ignore[no-untyped-def]
     """Return where a point relative to object k's origin is in its distance grid [cells]."""
     scale = objects.grid_scale[k]
@@ -37,7 +38,7 @@ def grid_place(objects, k, r, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**JIT)
+@kernel
 def near_penetration(hand, buffers, objects, state, rotations, gradient):  # type: ignore[no-untyped-def]
     """Return `objective.penetration` of all capsules, computed where it can be positive only.
 
@@ -75,7 +76,7 @@ def near_penetration(hand, buffers, objects, state, rotations, gradient):  # typ
     return total
 
 
-@njit(**JIT)
+@kernel
 def image_sums(hand_image, thing_image, seen, r0, r1, c0, c1):  # type: ignore[no-untyped-def]
     """Return `objective.forth_sums` of two images of inverse depth; clear their rows r0..r1-1."""
     one, zero = np.float32(1.0), np.float32(0.0)
@@ -98,7 +99,7 @@ def image_sums(hand_image, thing_image, seen, r0, r1, c0, c1):  # type: ignore[n
     return total, area, hand_and, hand_or, thing_and, thing_or
 
 
-def sums_of_nothing(seen: Labelled) -> Single:
+def sums_of_nothing(seen: Labelled) -> Floats:
     """Return the sums of D above every row (S + 1, S / 16, 6) of a tile with nothing drawn."""
     size = len(seen.depth)
     nothing = np.full((size, size), FAR)
@@ -107,7 +108,7 @@ def sums_of_nothing(seen: Labelled) -> Single:
     return above
 
 
-@njit(**JIT)
+@kernel
 def joint_costs(hand, objects, meshes, seen, above, states, base, costs):  # type: ignore[no-untyped-def]
     """Write E of all particles; rotations are increments exp(state[3:6]) on `base`.
 

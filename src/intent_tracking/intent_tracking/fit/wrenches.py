@@ -9,15 +9,14 @@ scattered ones.
 """
 
 import numpy as np
-from numba import njit
 
-from intent_tracking.scene.hand_kernel import JIT
+from intent_perception.basics.kernels import kernel
 
 WRENCH = 27
 """21 of the symmetric matrix (lower triangle, row by row), 6 of the vector."""
 
 
-@njit(**JIT)
+@kernel
 def add_wrench(bag, gx, gy, gz, x, y, z, e, weight):  # type: ignore[no-untyped-def]
     """Add one residual to a bag (27,): derivative g at the point (x, y, z) from o."""
     m0, m1, m2 = y * gz - z * gy, z * gx - x * gz, x * gy - y * gx
@@ -52,7 +51,7 @@ def add_wrench(bag, gx, gy, gz, x, y, z, e, weight):  # type: ignore[no-untyped-
     bag[26] += w5 * e
 
 
-@njit(**JIT)
+@kernel
 def empty_bag(bag, offset, normal, gradient):  # type: ignore[no-untyped-def]
     """Add a bag to the six unknowns of a body at `offset`."""
     n = 0
@@ -63,7 +62,7 @@ def empty_bag(bag, offset, normal, gradient):  # type: ignore[no-untyped-def]
         gradient[offset + p] -= bag[21 + p]
 
 
-@njit(**JIT)
+@kernel
 def times_bag(bag, s, out):  # type: ignore[no-untyped-def]
     """Write the bag's symmetric matrix times s (6,) into out (6,)."""
     for p in range(6):
@@ -74,7 +73,7 @@ def times_bag(bag, s, out):  # type: ignore[no-untyped-def]
         out[p] = total
 
 
-@njit(**JIT)
+@kernel
 def empty_hand(bags, buffers, state, normal, gradient):  # type: ignore[no-untyped-def]
     """Add the bags (24, 27) of all capsules, gathered about the wrist, to the hand's unknowns."""
     whole, beyond = np.zeros(WRENCH, np.float32), np.zeros(WRENCH, np.float32)
@@ -110,7 +109,7 @@ def empty_hand(bags, buffers, state, normal, gradient):  # type: ignore[no-untyp
     empty_bag(whole, 0, normal, gradient)
 
 
-@njit(**JIT)
+@kernel
 def add_row(normal, gradient, index, row, count, residual, weight):  # type: ignore[no-untyped-def]
     """Add weight row row^T to the lower triangle and -weight row residual to the gradient."""
     for p in range(count):
@@ -125,7 +124,7 @@ def add_row(normal, gradient, index, row, count, residual, weight):  # type: ign
                 normal[j, i] += w * row[q]
 
 
-@njit(**JIT)
+@kernel
 def hand_row(buffers, state, i, x, y, z, gx, gy, gz, row, index):  # type: ignore[no-untyped-def]
     """Write d(g . c) / dx for a point c = (x, y, z) fixed on capsule i; return its length."""
     row[0], row[1], row[2] = gx, gy, gz
@@ -153,7 +152,7 @@ def hand_row(buffers, state, i, x, y, z, gx, gy, gz, row, index):  # type: ignor
     return count
 
 
-@njit(**JIT)
+@kernel
 def body_row(offset, x, y, z, gx, gy, gz, row, index, count):  # type: ignore[no-untyped-def]
     """Append d(g . c) / dx of a point at (x, y, z) from the origin of the body at `offset`."""
     row[count], row[count + 1], row[count + 2] = gx, gy, gz

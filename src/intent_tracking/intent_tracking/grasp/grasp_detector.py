@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import (
     inverse,
     make_pose,
@@ -26,7 +27,7 @@ from intent_tracking.grasp.grasp_features import (
     hand_distances,
 )
 from intent_tracking.scene.hand_model import FINGERS, HandModel, Side
-from intent_tracking.scene.joint_table import Array, JointTable
+from intent_tracking.scene.joint_table import JointTable
 from intent_tracking.scene.scene_state import HAND_SIZE, OBJECT_SIZE, SceneState
 
 _NANO = 1e-9

@@ -10,10 +10,11 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.boxes import Box, decompose
 from intent_perception.geometry.transforms import quaternion_from_rotation, transform_points
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.scene.joint_table import Array, JointTable, link_poses
+from intent_tracking.scene.joint_table import JointTable, link_poses
 
 _SAMPLES = 2000
 _DILATION = 0.010

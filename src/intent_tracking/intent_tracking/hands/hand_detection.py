@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.geometry.transforms import Array
 from intent_tracking.image.appearance import (
     BACKGROUND,
     HAND,
@@ -20,7 +20,6 @@ from intent_tracking.image.appearance import (
     skin_prior,
 )
 from intent_tracking.image.tile import Tile, cut_tile
-from intent_tracking.scene.hand_kernel import Single
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +62,7 @@ class DetectionConfig:
 class HandRegion:
     """A part of the frame that looks like a hand."""
 
-    points: Single
+    points: Floats
     """(3, n) points of the hand in the camera's frame [m]."""
     center: Array
     """(3,) their median [m]."""
@@ -83,7 +82,7 @@ def coarse_tile(frame: RgbdFrame, size: int) -> Tile:
 
 
 def body_pixels(
-    tile: Tile, rest_depth: Single, table: Array | None, config: DetectionConfig
+    tile: Tile, rest_depth: Floats, table: Array | None, config: DetectionConfig
 ) -> NDArray[np.bool_]:
     """Return the pixels (S, S) that belong to neither table nor known objects."""
     farthest = config.farthest if table is not None else config.farthest_bare
@@ -96,7 +95,7 @@ def body_pixels(
 
 
 def background_pixels(
-    tile: Tile, rest_depth: Single, table: Array | None, config: DetectionConfig
+    tile: Tile, rest_depth: Floats, table: Array | None, config: DetectionConfig
 ) -> NDArray[np.bool_]:
     """Return the pixels (S, S) that are no hand: not skin-like, or in too large a piece.
 
@@ -115,7 +114,7 @@ def background_pixels(
 
 def hand_pixels(
     tile: Tile,
-    rest_depth: Single,
+    rest_depth: Floats,
     table: Array | None,
     appearance: AppearanceModel,
     config: DetectionConfig,
@@ -140,10 +139,10 @@ def hand_pixels(
 
 def find_hand(
     tile: Tile,
-    rest_depth: Single,
+    rest_depth: Floats,
     table: Array | None,
     appearance: AppearanceModel,
-    still: Single | None,
+    still: Floats | None,
     config: DetectionConfig,
 ) -> tuple[HandRegion, ...]:
     """Return the most hand-like region of a coarse tile, once per possible direction of the arm.
@@ -173,8 +172,8 @@ def find_hand(
 def _regions(
     piece: NDArray[np.bool_],
     body: NDArray[np.bool_],
-    points: Single,
-    pixel: Single,
+    points: Floats,
+    pixel: Floats,
     config: DetectionConfig,
 ) -> tuple[HandRegion, ...]:
     """Return the hand part of a connected skin region: what is near its tip."""
@@ -194,7 +193,7 @@ def _regions(
 
 
 def _tip(
-    hand: Single, axis: Array, certain: bool, pixel: Single, config: DetectionConfig
+    hand: Floats, axis: Array, certain: bool, pixel: Floats, config: DetectionConfig
 ) -> HandRegion:
     """Return the points within a hand's length of the end of a region along an axis."""
     along = axis @ hand

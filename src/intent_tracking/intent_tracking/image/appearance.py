@@ -10,8 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array
-from intent_tracking.scene.hand_kernel import Single
+from intent_perception.basics.arrays import Array, Floats
 
 CHROMA_BINS = 24
 BRIGHTNESS_BINS = 4
@@ -47,7 +46,7 @@ class AppearanceModel:
         for row in range(len(priors)):
             self._refresh(row)
 
-    def log_probability(self, bins: NDArray[np.int32]) -> Single:
+    def log_probability(self, bins: NDArray[np.int32]) -> Floats:
         """Return (classes, ...) log p(colour | class) of bin numbers (...).
 
         All are equal where the camera sees no colours.

@@ -5,22 +5,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_tracking.scene.hand_kernel import Single
+from intent_perception.basics.arrays import Floats
 from intent_tracking.scene.posture_prior import Posture
 
 
 class Labelled(NamedTuple):
     """The observed tile with every pixel's body."""
 
-    depth: Single
+    depth: Floats
     """(S, S) [m], 0 = missing."""
-    hand: Single
+    hand: Floats
     """(S, S) 1 where the hand is seen."""
-    thing: Single
+    thing: Floats
     """(S, S) 1 where a tracked object is seen."""
-    valid: Single
+    valid: Floats
     """(S, S) 0 where nothing can be said: missing depth, forearm."""
-    sure: Single
+    sure: Floats
     """(S, S) 0 on the silhouettes' edges, whose width says nothing about the pose."""
     u0: np.float32
     v0: np.float32
@@ -30,15 +30,15 @@ class Labelled(NamedTuple):
 class Evidence(NamedTuple):
     """One frame as the refinement sees it, in the camera's frame."""
 
-    hand_points: Single
+    hand_points: Floats
     """(3, N) [m]."""
-    object_points: Single
+    object_points: Floats
     """(3, M) [m]."""
     object_owners: NDArray[np.int64]
     """(M,) which of the K objects each point belongs to."""
-    depth: Single
+    depth: Floats
     """(S, S) observed depth on the tile, 0 = missing [m]."""
-    outside: Single
+    outside: Floats
     """(S, S) distance to the silhouette of hand and objects, 0 within it [pixels]."""
     u0: np.float32
     """x / z of the first column."""
@@ -72,16 +72,16 @@ class Weights(NamedTuple):
 class Prior(NamedTuple):
     """What the refinement expects before it looks."""
 
-    state: Single
+    state: Floats
     """(26 + 6 K,) predicted state; [3:6] of each body unused."""
-    rotations: Single
+    rotations: Floats
     """(1 + K, 3, 3) predicted rotations."""
-    limits: Single
+    limits: Floats
     """(20, 2) [rad]."""
     posture: Posture
-    touch: Single
+    touch: Floats
     """(K,) factor on the attraction of hidden fingers to each object."""
-    place: Single
+    place: Floats
     """(K,) weight of each object's predicted position."""
-    turn: Single
+    turn: Floats
     """(K,) weight of each object's predicted rotation [m^2 / rad^2]."""

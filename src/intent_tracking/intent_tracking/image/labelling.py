@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array, Floats
 from intent_tracking.image.appearance import (
     BACKGROUND,
     FIRST_OBJECT,
@@ -17,7 +17,7 @@ from intent_tracking.image.appearance import (
 )
 from intent_tracking.image.frame_evidence import Evidence, Labelled
 from intent_tracking.image.tile import Tile
-from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, Single, nearest_capsule
+from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, nearest_capsule
 from intent_tracking.scene.object_kernel import ObjectArrays, object_distances
 
 NOBODY, OF_HAND, OF_ARM, OF_REST, OF_OBJECT = -1, -2, -3, -4, 0
@@ -50,8 +50,8 @@ class Bodies(NamedTuple):
     hand: HandArrays
     buffers: HandBuffers
     objects: ObjectArrays
-    state: Single
-    rotations: Single
+    state: Floats
+    rotations: Floats
     color_rows: tuple[int, ...]
     """Row of each active object in the appearance model."""
 
@@ -63,9 +63,9 @@ class Pixels(NamedTuple):
     """(S, S)."""
     bins: NDArray[np.int32]
     """(S, S) colour bins."""
-    points: Single
+    points: Floats
     """(3, S, S) [m]."""
-    hand_gap: Single
+    hand_gap: Floats
     """(S, S) distance to the predicted hand [m], large where it was not computed."""
 
 
@@ -73,7 +73,7 @@ def label_pixels(
     tile: Tile,
     bodies: Bodies,
     appearance: AppearanceModel,
-    rest_depth: Single,
+    rest_depth: Floats,
     table: Array | None,
     config: LabellingConfig,
 ) -> Pixels:
@@ -112,8 +112,8 @@ def label_pixels(
 
 
 def _scores(
-    near: Single, bodies: Bodies, color: Single, rest: NDArray[np.bool_], config: LabellingConfig
-) -> tuple[Single, Single]:
+    near: Floats, bodies: Bodies, color: Floats, rest: NDArray[np.bool_], config: LabellingConfig
+) -> tuple[Floats, Floats]:
     """Return the log-scores (2 + K, n) of background, hand, objects, and the hand gap (n,)."""
     count, objects = near.shape[1], len(bodies.objects.surface)
     gap, nearest = np.empty(count, np.float32), np.empty(count, np.float32)
@@ -171,7 +171,7 @@ def evidence_of(tile: Tile, pixels: Pixels, config: LabellingConfig) -> tuple[Ev
     return evidence, seen
 
 
-def inner_pixels(mask: NDArray[np.bool_]) -> Single:
+def inner_pixels(mask: NDArray[np.bool_]) -> Floats:
     """Return 1 where the 3 x 3 pixels around are all in the mask (S, S) or all out of it."""
     image, square = mask.astype(np.uint8), np.ones((3, 3), np.uint8)
     return np.asarray(cv2.dilate(image, square) == cv2.erode(image, square), dtype=np.float32)

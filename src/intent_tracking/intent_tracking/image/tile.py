@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import Camera, RgbdFrame
-from intent_perception.geometry.transforms import Array
-from intent_tracking.scene.hand_kernel import Single
 
 OUT_OF_RANGE = np.float32(10.0)
 """Depth of large areas without a measurement: there is nothing that the sensor could reach [m]."""
@@ -19,7 +18,7 @@ _HOLE = np.ones((15, 15), np.uint8)  # smaller holes are shadows and dropouts of
 class Tile:
     """Depth and colour sampled on an S x S grid of rays (u0 + j step, v0 + i step, 1)."""
 
-    depth: Single
+    depth: Floats
     """(S, S) [m], 0 = missing or outside the image."""
     color: NDArray[np.uint8]
     """(S, S, 3)."""
@@ -28,7 +27,7 @@ class Tile:
     step: np.float32
 
     @property
-    def points(self) -> Single:
+    def points(self) -> Floats:
         """(3, S, S) points in the camera's frame [m]; zero where the depth is missing."""
         size = len(self.depth)
         along = np.arange(size, dtype=np.float32) * self.step
@@ -76,7 +75,7 @@ def cut_tile(frame: RgbdFrame, square: tuple[float, float, float], size: int) ->
     )
 
 
-def _nothing(depth: Single) -> NDArray[np.bool_]:
+def _nothing(depth: Floats) -> NDArray[np.bool_]:
     """Return the pixels (S, S) of large areas without a measurement."""
     missing = (depth <= 0.0).astype(np.uint8)
     return np.asarray(cv2.morphologyEx(missing, cv2.MORPH_OPEN, _HOLE) > 0)

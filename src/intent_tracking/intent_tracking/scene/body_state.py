@@ -6,14 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.transforms import (
-    Array,
     make_pose,
     rotation_from_vector,
     vector_from_pose,
     vector_from_rotation,
 )
-from intent_tracking.scene.hand_kernel import Single
 from intent_tracking.scene.scene_state import HAND_SIZE, OBJECT_SIZE
 
 
@@ -21,9 +20,9 @@ from intent_tracking.scene.scene_state import HAND_SIZE, OBJECT_SIZE
 class BodyState:
     """Hand and N objects in the camera's frame; rotations are kept as matrices."""
 
-    values: Single
+    values: Floats
     """(26 + 6 N,) as `SceneState.state`, but the six rotation entries are unused."""
-    rotations: Single
+    rotations: Floats
     """(1 + N, 3, 3)."""
 
     def copy(self) -> "BodyState":

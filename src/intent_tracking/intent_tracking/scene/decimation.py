@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 _SOFT = 1e-3
 """Pull towards the edge's middle where the planes leave a direction open; share of Q's scale."""

@@ -4,14 +4,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.transforms import rotation_between
 from intent_tracking.scene.hand_model import HandModel
 
-Single = NDArray[np.float32]
-JIT = {"fastmath": True, "error_model": "numpy", "cache": True, "nogil": True}
 CAPSULES = 24
 FINGER_CAPSULES = 15
 JOINTS = 20
@@ -21,28 +19,28 @@ LANDMARKS = 21
 class HandArrays(NamedTuple):
     """A `JointTable` of the human hand; every joint turns about the z axis of its frame."""
 
-    rotations: Single
+    rotations: Floats
     """(5, 4, 3, 3) joint frame in the frame before it at angle zero."""
-    translations: Single
+    translations: Floats
     """(5, 4, 3) its origin [m]."""
-    ends: Single
+    ends: Floats
     """(24, 2, 3) capsule ends in their link's frame [m]: 15 of the fingers, 9 of the palm."""
-    radii: Single
+    radii: Floats
     """(24,) [m]."""
-    tips: Single
+    tips: Floats
     """(5, 3) fingertips in the last link's frame [m]."""
 
 
 class HandBuffers(NamedTuple):
     """A posed hand in the camera's frame, written by `place_hand`."""
 
-    ends: Single
+    ends: Floats
     """(24, 2, 3) capsule ends [m]."""
-    axes: Single
+    axes: Floats
     """(20, 3) joint axes."""
-    pivots: Single
+    pivots: Floats
     """(20, 3) joint centres [m]."""
-    landmarks: Single
+    landmarks: Floats
     """(21, 3) in the order of the contract [m]."""
 
 
@@ -80,7 +78,7 @@ def hand_buffers() -> HandBuffers:
     )
 
 
-@njit(**JIT)
+@kernel
 def new_hand_buffers():  # type: ignore[no-untyped-def]
     """Return `HandBuffers` inside compiled code."""
     return HandBuffers(
@@ -91,7 +89,7 @@ def new_hand_buffers():  # type: ignore[no-untyped-def]
     )
 
 
-@njit(**JIT)
+@kernel
 def turn(wx, wy, wz, rotation, out):  # type: ignore[no-untyped-def]
     """Write exp([w]) @ rotation for a rotation vector w [rad] into out (3, 3)."""
     square = wx * wx + wy * wy + wz * wz
@@ -112,7 +110,7 @@ def turn(wx, wy, wz, rotation, out):  # type: ignore[no-untyped-def]
         out[2, j] = e20 * r0 + e21 * r1 + e22 * r2
 
 
-@njit(**JIT)
+@kernel
 def place_hand(hand, state, rotation, out):  # type: ignore[no-untyped-def]
     """Pose the hand: `HandArrays`, state (26+,), wrist rotation (3, 3) -> `HandBuffers`.
 
@@ -167,7 +165,7 @@ def place_hand(hand, state, rotation, out):  # type: ignore[no-untyped-def]
         landmarks[4 * f + 4, 2] = x2 * u + y2 * v + z2 * w + q2
 
 
-@njit(**JIT)
+@kernel
 def nearest_capsule(points, ends, radii, distance, nearest):  # type: ignore[no-untyped-def]
     """Write the unsigned distance to the nearest capsule surface and its index.
 

@@ -12,8 +12,8 @@ from typing import Literal
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_tracking.scene.joint_table import (
-    Array,
     Capsules,
     JointTable,
     landmark_positions,

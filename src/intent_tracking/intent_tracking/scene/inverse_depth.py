@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array
-from intent_tracking.scene.hand_kernel import JIT, Single
+from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.kernels import kernel
 from intent_tracking.scene.raster import FAR, NEAR, capsule_sides, capsule_window
 
 LANES = 16  # of a triangle's row: fewer are unrolled one by one before they could be vectorised
@@ -29,11 +29,11 @@ FARTHEST = np.float32(1.0) / FAR
 class MeshArrays(NamedTuple):
     """Meshes of K objects, packed one after the other; the types do not depend on K."""
 
-    vertices: Single
+    vertices: Floats
     """(3, sum V) [m]."""
     faces: NDArray[np.int32]
     """(sum F, 3) into each object's own vertices."""
-    planes: Single
+    planes: Floats
     """(4, sum F) outward normal n, of the face's double area, and n . v of its vertices v."""
     vertex_start: NDArray[np.int64]
     """(K + 1,)."""
@@ -76,7 +76,7 @@ def larger(_typing: Any, first: Any, second: Any) -> Any:
     return types.float32(types.float32, types.float32), emit
 
 
-@njit(**JIT)
+@kernel
 def draw_capsule(ends, i, radius, image, u0, v0, step):  # type: ignore[no-untyped-def]
     """Draw capsule i of ends (C, 2, 3) into an image.
 
@@ -92,7 +92,7 @@ def draw_capsule(ends, i, radius, image, u0, v0, step):  # type: ignore[no-untyp
     return r0, r1, int(left), int(right) + 1
 
 
-@njit(**JIT)
+@kernel
 def fill_capsule(ends, i, radius, image, r0, r1, left, right, sides, u0, v0, step):  # type: ignore[no-untyped-def]
     """Draw rows r0..r1-1 of capsule i within columns left..right and its `capsule_sides`.
 
@@ -140,7 +140,7 @@ def fill_capsule(ends, i, radius, image, r0, r1, left, right, sides, u0, v0, ste
                 part[j] = larger(part[j], nearer)
 
 
-@njit(**JIT)
+@kernel
 def project(vertices, rotation, x0, y0, z0, u0, v0, step, size, work):  # type: ignore[no-untyped-def]
     """Write column, row and 1 / z of vertices (3, V) into work (3, >= V); return their window."""
     inverse_step = np.float32(1.0) / step
@@ -162,7 +162,7 @@ def project(vertices, rotation, x0, y0, z0, u0, v0, step, size, work):  # type: 
     return r0, r1, int(max(left, zero)), int(min(right, last)) + 1
 
 
-@njit(**JIT)
+@kernel
 def front_faces(planes, rotation, x0, y0, z0, height, chosen):  # type: ignore[no-untyped-def]
     """Write the faces of planes (4, F) that the camera is in front of; return their number.
 
@@ -181,7 +181,7 @@ def front_faces(planes, rotation, x0, y0, z0, height, chosen):  # type: ignore[n
     return count
 
 
-@njit(**JIT)
+@kernel
 def fill_faces(work, faces, chosen, count, image):  # type: ignore[no-untyped-def]
     """Draw the first `count` chosen of faces (F, 3) between projected vertices into an image.
 
@@ -217,7 +217,7 @@ def fill_faces(work, faces, chosen, count, image):  # type: ignore[no-untyped-de
                     part[j] = larger(part[j], w if least >= low else zero)
 
 
-@njit(**JIT)
+@kernel
 def draw_meshes(meshes, state, rotations, image, u0, v0, step, work, chosen):  # type: ignore[no-untyped-def]
     """Draw the front faces of `MeshArrays` of K objects at the poses of a state into an image.
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from intent_perception.basics.arrays import Array
+
 Indices = NDArray[np.int64]
 
 

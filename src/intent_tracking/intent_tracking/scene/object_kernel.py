@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.sdf import SignedDistance
-from intent_perception.geometry.transforms import Array
 from intent_perception.objects.model import ObjectModel
-from intent_tracking.scene.hand_kernel import JIT, Single
 
 SURFACE_SAMPLES = 96
 GRID_SPACING, GRID_MARGIN = 0.003, 0.02
@@ -40,19 +39,19 @@ class ObjectGeometry(NamedTuple):
 class ObjectArrays(NamedTuple):
     """K objects packed one after the other; the types do not depend on K."""
 
-    grid: Single
+    grid: Floats
     """All grid values, flattened [m]."""
     grid_start: NDArray[np.int64]
     """(K,) first value of each grid."""
     grid_shape: NDArray[np.int64]
     """(K, 3)."""
-    grid_origin: Single
+    grid_origin: Floats
     """(K, 3) [m]."""
-    grid_scale: Single
+    grid_scale: Floats
     """(K,) cells per metre."""
-    surface: Single
+    surface: Floats
     """(K, SURFACE_SAMPLES, 3) [m]."""
-    vertices: Single
+    vertices: Floats
     """(sum V, 3) [m]."""
     faces: NDArray[np.int32]
     """(sum F, 3) into each object's own vertices."""
@@ -106,7 +105,7 @@ def object_arrays(objects: Sequence[ObjectGeometry]) -> ObjectArrays:
     )
 
 
-@njit(**JIT)
+@kernel
 def off_grid(objects, k, x, y, z):  # type: ignore[no-untyped-def]
     """Return at least how far a point in object k's frame is from its surface [m]; often 0.
 
@@ -125,7 +124,7 @@ def off_grid(objects, k, x, y, z):  # type: ignore[no-untyped-def]
     return margin + beyond if beyond > zero else zero
 
 
-@njit(**JIT)
+@kernel
 def signed_distance(objects, k, x, y, z, gradient):  # type: ignore[no-untyped-def]
     """Return the signed distance [m] of a point in object k's frame and write its gradient (3,).
 
@@ -165,7 +164,7 @@ def signed_distance(objects, k, x, y, z, gradient):  # type: ignore[no-untyped-d
     return value
 
 
-@njit(**JIT)
+@kernel
 def distance_in_camera(objects, k, rotation, x, y, z, gradient):  # type: ignore[no-untyped-def]
     """Return the signed distance [m] of a point given relative to object k's origin.
 
@@ -183,7 +182,7 @@ def distance_in_camera(objects, k, rotation, x, y, z, gradient):  # type: ignore
     return value
 
 
-@njit(**JIT)
+@kernel
 def object_distances(objects, k, rotation, x0, y0, z0, points, reach, distance):  # type: ignore[no-untyped-def]
     """Write the signed distance (N,) [m] of points (3, N) to object k at (rotation, x0..z0).
 

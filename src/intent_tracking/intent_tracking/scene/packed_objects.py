@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 from intent_tracking.scene.decimation import decimated
 from intent_tracking.scene.inverse_depth import MeshArrays, mesh_arrays
 from intent_tracking.scene.object_kernel import ObjectArrays, ObjectGeometry, object_arrays

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from intent_perception.basics.arrays import Floats
 from intent_tracking import SHARE
-from intent_tracking.scene.hand_kernel import Single
 
 SHIPPED = SHARE / "posture.npz"
 
@@ -19,9 +19,9 @@ SHIPPED = SHARE / "posture.npz"
 class Posture(NamedTuple):
     """A Gaussian over the joint angles."""
 
-    mean: Single
+    mean: Floats
     """(20,) [rad]."""
-    precision: Single
+    precision: Floats
     """(20, 20) [1 / rad^2]."""
 
 
@@ -32,7 +32,7 @@ def shipped_posture() -> Posture:
         return Posture(data["mean"], data["precision"])
 
 
-def surprise(posture: Posture, angles: Single) -> float:
+def surprise(posture: Posture, angles: Floats) -> float:
     """Return the squared Mahalanobis distance of angles (20,) from the mean."""
     offset = angles - posture.mean
     return float(offset @ posture.precision @ offset)

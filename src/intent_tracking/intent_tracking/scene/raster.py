@@ -7,9 +7,8 @@ are depths along the optical axis [m]; `FAR` where nothing is drawn.
 import math
 
 import numpy as np
-from numba import njit
 
-from intent_tracking.scene.hand_kernel import JIT
+from intent_perception.basics.kernels import kernel
 
 FAR = np.float32(1e3)
 NEAR = np.float32(0.05)
@@ -17,7 +16,7 @@ SLACK = np.float32(0.01)
 """Rounding errors of tangents [pixels]."""
 
 
-@njit(**JIT)
+@kernel
 def tangents(nx, ny, x, y, z, radius, inverse):  # type: ignore[no-untyped-def]
     """Return the least and largest nx u + ny v over a sphere's image; nx^2 + ny^2 = 1.
 
@@ -29,7 +28,7 @@ def tangents(nx, ny, x, y, z, radius, inverse):  # type: ignore[no-untyped-def]
     return middle - reach, middle + reach
 
 
-@njit(**JIT)
+@kernel
 def capsule_box(ends, i, radius, u0, v0, step):  # type: ignore[no-untyped-def]
     """Return the first and last row and column (top, bottom, left, right) of capsule i's image."""
     one, zero, square = np.float32(1.0), np.float32(0.0), radius * radius
@@ -46,7 +45,7 @@ def capsule_box(ends, i, radius, u0, v0, step):  # type: ignore[no-untyped-def]
     return top, bottom, (left - u0) * pixels - SLACK, (right - u0) * pixels + SLACK
 
 
-@njit(**JIT)
+@kernel
 def capsule_window(ends, i, radius, size, u0, v0, step):  # type: ignore[no-untyped-def]
     """Return rows (r0, r1), half open, and columns (left, right) of capsule i's image on a tile.
 
@@ -62,7 +61,7 @@ def capsule_window(ends, i, radius, size, u0, v0, step):  # type: ignore[no-unty
     return r0, r1, max(left, zero), min(right, last)
 
 
-@njit(**JIT)
+@kernel
 def capsule_sides(ends, i, radius, u0, v0, step):  # type: ignore[no-untyped-def]
     """Return (slope, low, high): row r of capsule i's image is within low..high + slope r."""
     one = np.float32(1.0)
@@ -82,7 +81,7 @@ def capsule_sides(ends, i, radius, u0, v0, step):  # type: ignore[no-untyped-def
     return -ny * inverse, low, high
 
 
-@njit(**JIT)
+@kernel
 def draw_capsule(ends, i, radius, depth, u0, v0, step):  # type: ignore[no-untyped-def]
     """Draw capsule i of ends (C, 2, 3) into depth (S, S), S a multiple of 8.
 
@@ -101,7 +100,7 @@ def draw_capsule(ends, i, radius, depth, u0, v0, step):  # type: ignore[no-untyp
     return r0, r1, int(left), int(right) + 1
 
 
-@njit(**JIT)
+@kernel
 def fill_capsule(ends, i, radius, depth, r0, r1, left, right, sides, u0, v0, step):  # type: ignore[no-untyped-def]
     """Draw rows r0..r1-1 of capsule i within columns left..right and its `capsule_sides`.
 
@@ -147,7 +146,7 @@ def fill_capsule(ends, i, radius, depth, r0, r1, left, right, sides, u0, v0, ste
                 part[j] = min(part[j], t)
 
 
-@njit(**JIT)
+@kernel
 def project(vertices, rotation, x0, y0, z0, u0, v0, step, size, work):  # type: ignore[no-untyped-def]
     """Write column, row and 1 / z of vertices (V, 3) into work; return their window."""
     inverse_step = np.float32(1.0) / step
@@ -167,7 +166,7 @@ def project(vertices, rotation, x0, y0, z0, u0, v0, step, size, work):  # type: 
     return r0, r1, int(max(left, zero)), int(min(right, last)) + 1
 
 
-@njit(**JIT)
+@kernel
 def draw_mesh(vertices, faces, rotation, x0, y0, z0, depth, u0, v0, step, work):  # type: ignore[no-untyped-def]
     """Draw the front faces of a mesh at pose (rotation, (x0, y0, z0)) into depth (S, S).
 

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array, inverse, pose_from_vector
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import inverse, pose_from_vector
 from intent_tracking.scene.hand_model import HandModel, Side
 
 HAND_SIZE = 26

@@ -6,7 +6,8 @@ the image: moved with the hand, and left where it was.
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array, inverse, rotation_angle
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import inverse, rotation_angle
 from intent_tracking.image.labelling import OF_OBJECT
 from intent_tracking.scene.body_state import BodyState
 from intent_tracking.scene.hand_kernel import HandBuffers, place_hand

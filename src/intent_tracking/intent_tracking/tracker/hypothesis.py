@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 from intent_tracking.scene.hand_model import Side
 from intent_tracking.tracker.object_life import ObjectLife
 from intent_tracking.tracker.scene_track import Fit, SceneTrack

@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.transforms import (
-    Array,
     make_pose,
     rotation_angle,
     rotation_from_vector,
     vector_from_rotation,
 )
-from intent_tracking.scene.hand_kernel import HandBuffers, Single
+from intent_tracking.scene.hand_kernel import HandBuffers
 from intent_tracking.scene.object_kernel import ObjectArrays, object_distances
 from intent_tracking.scene.raster import FAR
 
@@ -125,7 +125,7 @@ class ObjectLife:
         return 0.0, config.rest_place, config.rest_turn
 
 
-def hand_gap(buffers: HandBuffers, radii: Single, objects: ObjectArrays, pose: Array) -> float:
+def hand_gap(buffers: HandBuffers, radii: Floats, objects: ObjectArrays, pose: Array) -> float:
     """Return the distance [m] of a posed hand to the single packed object at a pose (4, 4)."""
     middle = buffers.ends.mean(axis=1)
     points = np.concatenate([buffers.ends[:, 0], middle, buffers.ends[:, 1]])

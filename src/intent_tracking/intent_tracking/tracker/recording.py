@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from intent_perception.bags.bag_files import read_frames
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.geometry.transforms import Array, inverse
+from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects, Recognizer

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.geometry.transforms import Array
 from intent_tracking.fit.finger_sweep import sweep_fingers
 from intent_tracking.fit.hand_shape import shaped_hand
 from intent_tracking.fit.objective import draw_objects, forth_costs, rendered_cost
@@ -26,13 +26,7 @@ from intent_tracking.image.labelling import (
 )
 from intent_tracking.image.tile import Tile, covering_square, cut_tile
 from intent_tracking.scene.body_state import BodyState, predicted
-from intent_tracking.scene.hand_kernel import (
-    HandArrays,
-    Single,
-    hand_buffers,
-    place_hand,
-    turn,
-)
+from intent_tracking.scene.hand_kernel import HandArrays, hand_buffers, place_hand, turn
 from intent_tracking.scene.hand_model import FITTED_LIMITS, HandModel
 from intent_tracking.scene.object_kernel import ObjectArrays
 from intent_tracking.scene.packed_objects import PackedObjects
@@ -49,9 +43,9 @@ SINGLE_LIMITS = np.ascontiguousarray(FITTED_LIMITS, dtype=np.float32)
 class Ties(NamedTuple):
     """What the fit expects of each active object, see `Prior`."""
 
-    touch: Single
-    place: Single
-    turn: Single
+    touch: Floats
+    place: Floats
+    turn: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +64,7 @@ class Fit:
 
     state: BodyState
     """Of the hand and the active objects only."""
-    normal: Single
+    normal: Floats
     """(D, D) normal matrix (lower triangle) in the order of the state."""
     cost: float
     """C per hand pixel, see `objective`."""
@@ -245,11 +239,11 @@ class SceneTrack:
 
     def _rating(
         self, start: BodyState, seen: Labelled, active: list[int], move_objects: bool
-    ) -> Callable[[Single], Single]:
+    ) -> Callable[[Floats], Floats]:
         """Return the published cost (P,) of states (P, D) around a start."""
         hand, objects, base = self.arrays, self.objects(active), start.rotations
 
-        def of_hand(states: Single) -> Single:
+        def of_hand(states: Floats) -> Floats:
             costs = np.empty(len(states), np.float32)
             forth_costs(hand, objects, seen, states, base, 0, len(states), costs)
             return costs
@@ -258,7 +252,7 @@ class SceneTrack:
             return of_hand
         meshes, above = self.objects.coarse_meshes(active), sums_of_nothing(seen)
 
-        def of_all(states: Single) -> Single:
+        def of_all(states: Floats) -> Floats:
             costs = np.empty(len(states), np.float32)
             joint_costs(hand, objects, meshes, seen, above, states, base, costs)
             return costs
@@ -279,7 +273,7 @@ class SceneTrack:
         for row, k in enumerate(active):
             appearance.learn(2 + k, pixels.bins[pixels.label == OF_OBJECT + row])
 
-    def drawn(self, chosen: list[int], state: BodyState, tile: Tile) -> Single:
+    def drawn(self, chosen: list[int], state: BodyState, tile: Tile) -> Floats:
         """Return the z-buffer (S, S) of chosen objects on a tile [m]."""
         depth = np.full(tile.depth.shape, FAR)
         if chosen:

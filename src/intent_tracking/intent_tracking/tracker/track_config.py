@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from intent_perception.basics.arrays import Floats
 from intent_tracking.image.frame_evidence import Weights
 from intent_tracking.image.labelling import LabellingConfig
-from intent_tracking.scene.hand_kernel import Single
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class TrackConfig:
     labelling: LabellingConfig = field(default_factory=LabellingConfig)
 
     @property
-    def swarm_spread(self) -> Single:
+    def swarm_spread(self) -> Floats:
         """(26,) spread of the swarm's hand states."""
         spread = [self.swarm_place] * 3 + [self.swarm_turn] * 3 + [self.swarm_angle] * 20
         return np.array(spread, dtype=np.float32)

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.geometry.transforms import Array, inverse
+from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.fit.hand_shape import HandShapeEstimate, shaped_hand
@@ -21,7 +22,7 @@ from intent_tracking.image.appearance import BACKGROUND, FIRST_OBJECT, Appearanc
 from intent_tracking.image.labelling import OF_HAND
 from intent_tracking.image.tile import Tile, covering_square, cut_tile
 from intent_tracking.scene.body_state import BodyState, start_state
-from intent_tracking.scene.hand_kernel import Single, hand_buffers
+from intent_tracking.scene.hand_kernel import hand_buffers
 from intent_tracking.scene.hand_model import HandModel, Side
 from intent_tracking.scene.object_kernel import geometry_of
 from intent_tracking.scene.scene_state import HAND_SIZE, SceneState
@@ -82,7 +83,7 @@ class Tracker:
         self._scenery_lives = [ObjectLife(pose) for pose in poses]
         self._hypotheses: list[Hypothesis] = []
         self._side: Side | None = None
-        self._place: Single | None = None
+        self._place: Floats | None = None
         self._frames = 0
         self._buffers = hand_buffers()
 
@@ -288,7 +289,7 @@ class Tracker:
             )
         return sorted(found, key=lambda candidate: candidate.cost)
 
-    def _furniture(self, tile: Tile) -> Single:
+    def _furniture(self, tile: Tile) -> Floats:
         """Return the first depth (S, S), 0 around a hand that may have been there from then on."""
         place = self._place
         if self._hypotheses:

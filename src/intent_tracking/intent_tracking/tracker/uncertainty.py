@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 from intent_tracking.scene.scene_state import HAND_SIZE, OBJECT_SIZE
 from intent_tracking.tracker.scene_track import Fit
 

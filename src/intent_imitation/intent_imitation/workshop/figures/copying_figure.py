@@ -15,7 +15,7 @@ import numpy as np
 from intent_imitation.demo.hand_mesh import hand_mesh
 from intent_imitation.demo.mesh_pictures import Body, Image, Tag, annotate, studio, write_image
 from intent_imitation.demo.panels import MARKED_COLOR, OBJECT_COLORS, mosaic
-from intent_imitation.planner.plan import Array, GraspCandidate
+from intent_imitation.planner.plan import GraspCandidate
 from intent_imitation.planner.planner import GraspPlanner
 from intent_imitation.workshop.trials.copying import copied_grasp
 from intent_imitation.workshop.trials.execution import World
@@ -26,6 +26,7 @@ from intent_imitation.workshop.trials.trials import DATA
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.labels import label_grasp
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.transforms import look_at, make_pose, rotation_from_vector
 from intent_perception.objects.database import CLUTTER, ObjectDatabase, ObjectModel

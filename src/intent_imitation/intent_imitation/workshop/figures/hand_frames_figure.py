@@ -12,8 +12,9 @@ import numpy as np
 from intent_imitation.demo.hand_mesh import capsule_mesh, hand_mesh
 from intent_imitation.demo.mesh_pictures import Body, Image, Tag, annotate, studio, write_image
 from intent_inference.grasping.schunk import schunk_hand
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera
-from intent_perception.geometry.transforms import Array, inverse, look_at, transform_points
+from intent_perception.geometry.transforms import inverse, look_at, transform_points
 from intent_tracking.scene.hand_model import HandModel
 from intent_tracking.scene.joint_table import JointTable
 

@@ -15,16 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_imitation.planner.class_from_shape import Kinds, shape_of
-from intent_imitation.planner.grasp_library import (
-    LIBRARIES,
-    Array,
-    GraspLibrary,
-    GraspSet,
-    grasp_set,
-)
+from intent_imitation.planner.grasp_library import LIBRARIES, GraspLibrary, GraspSet, grasp_set
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.workshop.simulation.grasp_table import without_duplicates
 from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp, load_grasps
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 from intent_tracking.grasp.grasp_features import ObjectGeometry

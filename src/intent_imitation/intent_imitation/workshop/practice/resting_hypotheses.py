@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_imitation.planner.collision import Obstacle, clearances, hand_spheres
-from intent_imitation.planner.plan import Array
 from intent_inference.grasping.autograsp import ClosedGrasp, close_hand
 from intent_inference.grasping.contacts import Contacts, gravity_residual, opposed, touching
 from intent_inference.grasping.grasp_hypotheses import Hypothesis
 from intent_inference.grasping.grasping_hand import GraspingHand, Preshape
 from intent_inference.grasping.task_object import TaskObject
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.transforms import inverse, make_pose, rotation_from_vector
 

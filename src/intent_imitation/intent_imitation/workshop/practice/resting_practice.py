@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from intent_imitation.planner.plan import Array
 from intent_imitation.workshop.practice.library_maker import varied
 from intent_imitation.workshop.practice.resting_hypotheses import (
     RestingGrasp,
@@ -33,6 +32,7 @@ from intent_inference.workshop.simulation.simulated_grasp import (
     save_grasps,
 )
 from intent_inference.workshop.simulation.stability import ShakeTest
+from intent_perception.basics.arrays import Array
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 
 _TRIES = 700

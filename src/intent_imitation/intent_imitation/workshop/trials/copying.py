@@ -6,11 +6,12 @@ the object, whatever the task; then its fingers close until they touch.
 
 import numpy as np
 
-from intent_imitation.planner.plan import Array, GraspCandidate
+from intent_imitation.planner.plan import GraspCandidate
 from intent_inference.grasping.autograsp import close_hand
 from intent_inference.grasping.grasp_hypotheses import Hypothesis
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import make_pose
 
 _HUMAN_CENTER = np.array([0.085, 0.0, 0.035])

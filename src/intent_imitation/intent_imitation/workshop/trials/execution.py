@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 import pybullet
 
-from intent_imitation.planner.plan import Array, GraspCandidate
+from intent_imitation.planner.plan import GraspCandidate
 from intent_imitation.workshop.trials.motions import MotionConfig, Stage, interpolate, stages
 from intent_inference.grasping.contacts import PAD, Contacts
 from intent_inference.grasping.grasping_hand import GraspingHand, Preshape
 from intent_inference.grasping.urdf import urdf_text
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import (
     inverse,
     make_pose,

@@ -8,9 +8,9 @@ from intent_imitation.demo.grasp_pictures import ROBOT_COLOR
 from intent_imitation.demo.hand_mesh import hand_mesh
 from intent_imitation.demo.mesh_pictures import Body, Image, Tag, annotate, studio
 from intent_imitation.demo.panels import MARKED_COLOR, OBJECT_COLORS, mosaic
-from intent_imitation.planner.plan import Array
 from intent_imitation.workshop.trials.execution import Outcome, Snapshot
 from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.transforms import look_at
 from intent_perception.objects.database import ObjectModel

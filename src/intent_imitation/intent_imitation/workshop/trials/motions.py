@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_imitation.planner.plan import Array, GraspCandidate
+from intent_imitation.planner.plan import GraspCandidate
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import (
     make_pose,
     rotation_from_vector,

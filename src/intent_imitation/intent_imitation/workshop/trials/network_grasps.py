@@ -14,13 +14,13 @@ import numpy as np
 from intent_imitation.planner.affordance import task_chances
 from intent_imitation.planner.grasp_library import GraspLibrary
 from intent_imitation.planner.library_hypotheses import Hypotheses, hypotheses_of, object_features
-from intent_imitation.planner.plan import Array
 from intent_inference.grasping.autograsp import ClosedGrasp, hand_spheres, sphere_clearance
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.variables import coordinates_of
 from intent_inference.workshop.simulation.stability import ShakeTest
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import make_pose, rotation_from_quaternion
 from intent_perception.objects.database import ObjectModel
 from intent_tracking.grasp.grasp_features import palm_center

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_imitation.planner.plan import Array
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import (
     look_at,
     make_pose,

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_imitation.planner.collision import Obstacle, clearances
-from intent_imitation.planner.plan import Array
 from intent_imitation.planner.planner import PlannerConfig
 from intent_imitation.workshop.trials.robot_tables import Scene
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.workshop.simulation.grasp_table import poses_of_rows, read_rows
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.sdf import SignedDistance
 
 _UPRIGHT = 0.5

@@ -6,7 +6,7 @@ import numpy as np
 
 from intent_inference.quantisation.feature_table import Features, is_observed, select_variables
 from intent_inference.quantisation.variables import OBJECT_CLASS, coordinates_of
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 
 def class_only(train: Features, labels: Array, test: Features) -> Array:

@@ -21,7 +21,7 @@ from intent_inference.quantisation.variables import ACTION, OBJECT, OBJECT_CLASS
 from intent_inference.workshop.evaluation.baselines import class_only
 from intent_inference.workshop.evaluation.scores import auc, auc_within, share_interval
 from intent_inference.workshop.training.labelled_table import GraspTable, deviations_of, read_grasps
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 _DRAWS = 500
 

@@ -21,7 +21,7 @@ from intent_inference.workshop.training.fitting import (
     train,
 )
 from intent_inference.workshop.training.labelled_table import GraspTable
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 Rows = NDArray[np.int64]
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 ROC_GRID: Array = np.linspace(0.0, 1.0, 101)
 """False positive rates at which ROC curves are averaged."""

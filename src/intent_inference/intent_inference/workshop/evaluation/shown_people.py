@@ -17,8 +17,8 @@ from intent_inference.grasping.contacts import Contacts
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.labels import TASKS, label_grasp
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.geometry.transforms import Array
 from intent_perception.objects.model import Functions, ObjectModel, Part
 from intent_perception.workshop.things.designed_object import Draft, finish
 from intent_perception.workshop.things.object_catalogue import MAKERS

@@ -33,8 +33,8 @@ from intent_inference.workshop.simulation.simulated_grasp import (
     save_grasps,
 )
 from intent_inference.workshop.simulation.stability import ShakeConfig
+from intent_perception.basics.arrays import Array
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
-from intent_tracking.scene.joint_table import Array
 
 SETTINGS = SHARE / "simulation.yaml"
 BACKENDS = ("loky", "threading", "dask", "ray")

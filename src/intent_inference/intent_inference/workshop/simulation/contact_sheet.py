@@ -9,11 +9,12 @@ from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.labels import TASKS, label_grasp
 from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.mesh import Mesh, convex_hull, merge_meshes
 from intent_perception.geometry.rendering import render
 from intent_perception.geometry.transforms import inverse, look_at
-from intent_tracking.scene.joint_table import Array, JointTable, link_poses, placed_capsules
+from intent_tracking.scene.joint_table import JointTable, link_poses, placed_capsules
 
 Image = NDArray[np.uint8]
 

@@ -22,8 +22,8 @@ from intent_inference.workshop.simulation.labels import (
 )
 from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp
 from intent_inference.workshop.simulation.stability import ShakeConfig, ShakenGrasp, ShakeTest
+from intent_perception.basics.arrays import Array
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.scene.joint_table import Array
 
 _ON_HANDLE = "on the handle"
 _TASK_WEIGHT = 2.0

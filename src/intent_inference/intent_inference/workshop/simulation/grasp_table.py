@@ -13,9 +13,9 @@ from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.labels import TASKS, TaskLabel, label_grasp
 from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import quaternion_from_rotation, rotation_from_quaternion
 from intent_tracking.grasp.grasp_features import GraspFeatures, grasp_features
-from intent_tracking.scene.joint_table import Array
 
 Row = dict[str, str | float | int]
 

@@ -13,10 +13,10 @@ from intent_inference.grasping.contacts import Contacts, finger_of_links, holdin
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.receivers import ReceiverBank
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import rotation_from_vector
 from intent_perception.objects.database import Functions
 from intent_tracking.grasp.grasp_features import hand_distances
-from intent_tracking.scene.joint_table import Array
 
 GRAVITY = 9.81
 _TOOL_AXIS = np.array([0.0, 0.0, 1.0])

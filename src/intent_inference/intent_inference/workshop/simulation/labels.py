@@ -23,7 +23,7 @@ from intent_inference.workshop.simulation.label_terms import (
     tool_use_terms,
 )
 from intent_inference.workshop.simulation.receivers import receiver_bank, with_forearm
-from intent_tracking.scene.joint_table import Array
+from intent_perception.basics.arrays import Array
 
 RULES = SHARE / "label_rules.yaml"
 TASKS = ("hand-over", "pouring", "tool-use", "dish-washing")

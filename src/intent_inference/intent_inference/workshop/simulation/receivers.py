@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from intent_inference.grasping.autograsp import Fate, close_hand
 from intent_inference.grasping.contacts import gravity_residual, touching
 from intent_inference.grasping.grasp_hypotheses import HypothesisSampler, approaches
-from intent_inference.grasping.grasping_hand import Floats, GraspingHand
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.transforms import transform_points
-from intent_tracking.scene.joint_table import Array
 
 _COUNT = 120
 _TRIES = 3000

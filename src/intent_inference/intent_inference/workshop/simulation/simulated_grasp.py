@@ -10,7 +10,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from intent_inference.grasping.contacts import Contacts
-from intent_tracking.scene.joint_table import Array
+from intent_perception.basics.arrays import Array
 
 ARCHIVE_VERSION = 1
 _ARRAYS = (

@@ -17,6 +17,7 @@ from intent_inference.grasping.autograsp import ClosedGrasp
 from intent_inference.grasping.contacts import PAD, Contacts
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.urdf import urdf_text
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import (
     inverse,
     make_pose,
@@ -25,7 +26,6 @@ from intent_perception.geometry.transforms import (
 )
 from intent_perception.geometry.transforms import quaternion_from_rotation as quaternion
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.scene.joint_table import Array
 
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 

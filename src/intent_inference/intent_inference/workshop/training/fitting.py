@@ -25,7 +25,7 @@ from intent_inference.quantisation.quantiser import (
 )
 from intent_inference.quantisation.variables import OBJECT_CLASS, split_observed
 from intent_inference.workshop.training.labelled_table import GraspTable
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 Rows = NDArray[np.int64]
 

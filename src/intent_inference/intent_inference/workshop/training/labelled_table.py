@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from intent_inference.quantisation.feature_table import Features, select_rows
 from intent_inference.quantisation.variables import OBJECT_CLASS, VARIABLES
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 _SUFFIXES = {"dir": ("x", "y", "z", "w")}
 _SCALARS = ("conv", "fvol")

@@ -10,7 +10,7 @@ from intent_inference.quantisation.feature_table import is_observed
 from intent_inference.quantisation.quantiser import Quantisation, QuantisationConfig, quantise
 from intent_inference.quantisation.variables import OBJECT_CLASS
 from intent_inference.workshop.training.labelled_table import GraspTable
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 if TYPE_CHECKING:
     from intent_inference.network.task_model import TaskModel

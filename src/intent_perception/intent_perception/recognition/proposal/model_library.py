@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array, make_pose
+from intent_perception.basics.arrays import Array, Floats
+from intent_perception.geometry.transforms import make_pose
 from intent_perception.objects.loading import GREY
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.proposal.model_surface import surface_of
@@ -18,8 +19,6 @@ from intent_perception.recognition.verification.alternatives import (
     turns,
     turns_that_matter,
 )
-
-Floats = NDArray[np.float32]
 
 SURFACE_POINTS = 500
 """Oriented points kept of each model."""

@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.rasterizer import NOTHING, rasterize
-from intent_perception.geometry.transforms import Array, look_at
+from intent_perception.geometry.transforms import look_at
 from intent_perception.objects.database import ObjectModel
-
-Floats = NDArray[np.float32]
 
 _DENSE = 6000  # samples from which the surface points are chosen
 _VIEW_PIXELS = 128
@@ -103,7 +102,7 @@ def _visibility(
     return front, back
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def farthest_points(features: Floats, count: int) -> NDArray[np.int64]:
     """Return indices of count rows (N, D), each the farthest from all chosen before it."""
     size, dimension = features.shape

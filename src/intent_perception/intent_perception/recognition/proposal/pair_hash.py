@@ -11,12 +11,11 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 from intent_perception.recognition.proposal.model_surface import ModelSurface
-
-Floats = NDArray[np.float32]
 
 BINS = 24
 """Bins of each angle over [0, pi]."""
@@ -137,14 +136,14 @@ class PairTable:
             raise ValueError(f"{path} is not a pair table: {error}; rebuild it") from error
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def angle_bin(cosine: float) -> int:
     """Return the bin of the angle with this cosine."""
     angle = np.arccos(min(1.0, max(-1.0, cosine)))
     return min(BINS - 1, int(angle * (BINS / np.pi)))
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def _pairs(
     points: Floats,
     normals: Floats,
@@ -197,7 +196,7 @@ def _pairs(
     return keys[:count].copy(), firsts[:count].copy(), seconds[:count].copy()
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def is_degenerate(a: float, b: float, c: float) -> bool:
     """Return whether a pair fixes no pose well: on one plane, or with normals along its line."""
     coplanar = c > 0.985 and abs(a) < 0.15
@@ -205,7 +204,7 @@ def is_degenerate(a: float, b: float, c: float) -> bool:
     return bool(coplanar or along)
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def pair_frame(
     point: Floats, normal: Floats, other: Floats, other_normal: Floats, frame: Floats
 ) -> bool:

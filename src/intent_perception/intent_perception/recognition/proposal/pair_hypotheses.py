@@ -6,9 +6,10 @@ image survive, so that neither a large model nor a large object starves the othe
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 from intent_perception.recognition.proposal.pair_hash import (
     BINS,
     angle_bin,
@@ -18,7 +19,6 @@ from intent_perception.recognition.proposal.pair_hash import (
 from intent_perception.recognition.proposal.pose_slots import keep
 from intent_perception.recognition.verification.point_check import support
 
-Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 
 _PAIR_YIELD = 0.0044
@@ -37,7 +37,7 @@ def pair_iterations(success: float, share: float) -> int:
     return int(np.ceil(np.log1p(-success) / np.log1p(-share * _PAIR_YIELD)))
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def transform_of_pair(
     scene_frame: Floats,
     scene_middle: Floats,
@@ -79,7 +79,7 @@ def transform_of_pair(
     return True
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
     iterations: int,
     lookups: int,
@@ -238,7 +238,7 @@ def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
     return generated
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def consider(
     rotation: Floats,
     translation: Floats,

@@ -7,10 +7,10 @@ object starves the others.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float32]
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 
 CELL = 24
 """Edge of the image cells that keep hypotheses of their own [pixel]."""
@@ -48,7 +48,7 @@ class Slots:
         return np.concatenate(models), np.concatenate(poses)
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def keep(  # noqa: C901 (one kernel)
     score: float,
     rotation: Floats,

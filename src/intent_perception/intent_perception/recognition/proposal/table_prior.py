@@ -9,12 +9,12 @@ such prior; these hypotheses come in addition to its own (Sec. III-A), through t
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 from intent_perception.recognition.proposal.pair_hypotheses import consider
 
-Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 
 _HEIGHT_STEP = 0.004  # [m]
@@ -81,7 +81,7 @@ def resting_table(
     )
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def sample_resting(  # noqa: C901, PLR0915 (one kernel)
     lookups: int,
     rng: np.random.Generator,

@@ -5,14 +5,15 @@ onto the planes fitted around those pixels.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float32]
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
+
 Bytes = NDArray[np.uint8]
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def solve_step(system: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the solution (6,) of a symmetric positive definite system by Cholesky, 0 if it fails.
 
@@ -43,7 +44,7 @@ def solve_step(system: NDArray[np.float64], right: NDArray[np.float64]) -> NDArr
     return x
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def move(pose: Floats, step: NDArray[np.float64], center: NDArray[np.float64]) -> None:
     """Turn and shift a pose (12,) in place by a step (6,) of rotation about center and shift."""
     angle = np.sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2])
@@ -73,7 +74,7 @@ def move(pose: Floats, step: NDArray[np.float64], center: NDArray[np.float64]) -
         pose[9 + r] = shift
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def align(  # noqa: C901, PLR0915 (one kernel)
     poses: Floats,
     models: NDArray[np.int64],

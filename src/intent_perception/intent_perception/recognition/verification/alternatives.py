@@ -6,14 +6,14 @@ the half turns, each drawn and judged by what it newly explains.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from intent_perception.geometry.transforms import Array, rotation_from_vector
+from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.kernels import kernel
+from intent_perception.geometry.transforms import rotation_from_vector
 from intent_perception.recognition.verification.explanation import draw, explain
 
-Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 
 SPINS = 48
@@ -94,7 +94,7 @@ def spin_axis(points: Floats, normals: Floats) -> tuple[Array, Array]:
     return found
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def turned(pose: Floats, turn: Floats, about: Floats) -> Floats:
     """Return a pose (12,) with the object turned by a rotation (3, 3) about one of its points."""
     result = pose.copy()
@@ -108,7 +108,7 @@ def turned(pose: Floats, turn: Floats, about: Floats) -> Floats:
     return result
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def worth_of_turns(
     pose: Floats,
     rotations: Floats,
@@ -137,7 +137,7 @@ def worth_of_turns(
     return worth
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def worth_of(evidence: Floats, left: int, top: int, explained: Floats) -> float:
     """Return what evidence (h, w) of one window adds to what is explained, less that against it."""
     total = 0.0

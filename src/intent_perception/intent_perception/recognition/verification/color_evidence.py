@@ -1,9 +1,8 @@
 """Does the colour fit? It settles which of two siblings of one shape an object is."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float32]
+from intent_perception.basics.arrays import Floats
 
 _CHROMA_SPREAD = 0.05  # lamps and white balance shift r/(r+g+b) about this much
 _LIGHT_SPREAD = 1.0  # shading changes the logarithm of the brightness about this much

@@ -5,12 +5,12 @@ surface goes on.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.rasterizer import NOTHING
 
-Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 
 _OUT = 4  # how far outside the silhouette the scene is looked at [pixel]
@@ -20,7 +20,7 @@ _REACH = 14  # how far beyond the outline the scene's surface is followed [pixel
 _STEP = 0.006  # two neighbouring pixels further apart in depth are not of one surface [m]
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def covers(drawn: Floats, row: int, column: int) -> bool:
     """Return whether a drawn model (h, w) covers a pixel of its window or beside it."""
     height, width = drawn.shape
@@ -28,7 +28,7 @@ def covers(drawn: Floats, row: int, column: int) -> bool:
     return inside and bool(drawn[row, column] < NOTHING)
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def contour(
     left: int,
     top: int,
@@ -82,7 +82,7 @@ def contour(
     return ends, goes_on
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def surface_beyond(  # noqa: C901 (one kernel)
     left: int,
     top: int,

@@ -7,13 +7,13 @@ count neither way: depth cameras misplace edges.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.rasterizer import NOTHING, rasterize
 from intent_perception.recognition.verification.alignment import move, solve_step
 
-Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 
 MATCH, FRONT, HIDDEN, UNKNOWN, TABLE, DRAWN = range(6)
@@ -26,7 +26,7 @@ DISAGREE, RESIDUAL = 6, 7
 _MARGIN = 2
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def window_of(
     pose: Floats, vertices: Floats, intrinsics: Floats, height: int, width: int, moved: Floats
 ) -> tuple[int, int, int, int]:
@@ -58,7 +58,7 @@ def window_of(
     )
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def draw(
     pose: Floats,
     vertices: Floats,
@@ -80,7 +80,7 @@ def draw(
     return left, top, depth
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def explain(  # noqa: PLR0915 (one kernel)
     left: int,
     top: int,
@@ -166,7 +166,7 @@ def explain(  # noqa: PLR0915 (one kernel)
     return evidence, counts
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def settle(  # noqa: PLR0915 (one kernel)
     pose: Floats,
     vertices: Floats,

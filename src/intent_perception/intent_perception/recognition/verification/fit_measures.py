@@ -5,12 +5,12 @@ residual that whole patches share, and by showing too little shape (one flat fac
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.rasterizer import NOTHING
 
-Floats = NDArray[np.float32]
 Bytes = NDArray[np.uint8]
 
 PATCH = 5
@@ -18,7 +18,7 @@ PATCH = 5
 _LEAST_IN_PATCH = 12
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def patch_residual(
     left: int, top: int, drawn: Floats, raw: Floats, mask: Bytes, tolerance: float
 ) -> float:
@@ -54,7 +54,7 @@ def patch_residual(
     return np.sqrt(total / count) if count > 0 else tolerance
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def shape_shown(evidence: Floats, left: int, top: int, scene_normals: Floats) -> Floats:
     """Return the spread of the normals of the matching pixels: both smaller eigenvalues of n n^T.
 

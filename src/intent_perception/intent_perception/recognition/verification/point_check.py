@@ -7,10 +7,11 @@ table (hardly any evidence).
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float32]
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import kernel
+
 Bytes = NDArray[np.uint8]
 
 FRONT_COST = 1.2
@@ -22,7 +23,7 @@ _EARLY = 14  # visible points after which a hopeless hypothesis is dropped
 _FACING = -0.1
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def support(  # noqa: PLR0915 (one kernel)
     rotation: Floats,
     translation: Floats,
@@ -104,7 +105,7 @@ def support(  # noqa: PLR0915 (one kernel)
     return score, match
 
 
-@njit(cache=True, fastmath=True, error_model="numpy", nogil=True)
+@kernel
 def support_of_all(
     poses: Floats,
     models: NDArray[np.int64],

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from intent_perception.geometry.transforms import Array, transform_points
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import transform_points
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.detection import Detector, DetectorConfig

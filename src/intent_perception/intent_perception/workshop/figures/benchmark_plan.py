@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from intent_perception.geometry.transforms import Array, inverse, rotation_angle
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import inverse, rotation_angle
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import ObjectModel
 from intent_perception.workshop.scenes.table_scenes import TabletopScene, tabletop_scene

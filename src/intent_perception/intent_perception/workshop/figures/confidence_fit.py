@@ -23,8 +23,8 @@ import yaml
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.geometry.transforms import Array
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import OBJECT_CLASSES, ObjectModel
 from intent_perception.recognition.confidence import FEATURES, FITTED, SIGNS
@@ -45,7 +45,6 @@ _KINDS = {
 """First seed, scenes in a round and models searched for of each kind of scene."""
 _MOST_ROUNDS = 25  # then the next kind's seeds begin
 _PARTS = 5
-Floats = NDArray[np.float32]
 
 _PENALTY = 1.0
 _WORSE_CAMERA = KinectNoise(axial_floor=0.0018, lateral=1.2, edge_dropout=0.4, grazing=70.0)

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from intent_perception.geometry.transforms import Array, rotation_angle, transform_points
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import rotation_angle, transform_points
 from intent_perception.objects.model import ObjectModel
 
 FOUND = 0.1

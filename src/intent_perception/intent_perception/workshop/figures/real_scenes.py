@@ -12,9 +12,9 @@ from typing import Any
 import cv2
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.rendering import render
-from intent_perception.geometry.transforms import Array
 from intent_perception.objects.model import ObjectModel
 
 YCB_CAMERA = Camera(640, 480, 1066.778, 1067.487, 312.9869, 241.3109)

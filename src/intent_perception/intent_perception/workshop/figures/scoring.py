@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array, transform_points
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import transform_points
 from intent_perception.objects.model import ObjectModel
 from intent_perception.workshop.figures.matching import (
     FOUND,

@@ -7,16 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import KINECT, RgbdFrame
 from intent_perception.geometry.mesh import Mesh, convex_hull
 from intent_perception.geometry.rendering import render
-from intent_perception.geometry.transforms import (
-    Array,
-    inverse,
-    look_at,
-    make_pose,
-    rotation_from_vector,
-)
+from intent_perception.geometry.transforms import inverse, look_at, make_pose, rotation_from_vector
 from intent_perception.objects.model import ObjectModel
 from intent_perception.workshop.scenes.sensor_noise import KinectNoise, observe
 

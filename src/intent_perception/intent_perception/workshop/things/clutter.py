@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.geometry.transforms import Array, make_pose, rotation_from_vector
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_perception.objects.model import Functions, Part, Symmetry
 from intent_perception.workshop.things.designed_object import AXIS, NOTHING, Color, Draft
 from intent_perception.workshop.things.solids import (

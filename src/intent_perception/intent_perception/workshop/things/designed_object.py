@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.geometry.transforms import Array, make_pose, rotation_from_vector
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_perception.objects.model import (
     Edge,
     Face,

@@ -5,7 +5,7 @@ Each maker is one real kind of hammer; sizes are those of common products [m].
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 from intent_perception.objects.model import Face, Functions, Part, Symmetry
 from intent_perception.workshop.things.designed_object import NOTHING, Color, Draft, turns_about_z
 from intent_perception.workshop.things.solids import (

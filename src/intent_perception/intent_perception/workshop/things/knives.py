@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 from intent_perception.objects.model import Edge, Functions
 from intent_perception.workshop.things.designed_object import NOTHING, Color, Draft
 from intent_perception.workshop.things.solids import (

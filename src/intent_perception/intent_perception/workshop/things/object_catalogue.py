@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from intent_perception.geometry.transforms import Array, vector_from_pose
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import vector_from_pose
 from intent_perception.objects.database import CLUTTER, SHIPPED
 from intent_perception.objects.loading import write_parts
 from intent_perception.objects.model import Functions, ObjectModel

@@ -5,7 +5,7 @@ Each maker is one real kind of screwdriver; sizes are those of common products [
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 from intent_perception.objects.model import Functions, Part, Symmetry
 from intent_perception.workshop.things.designed_object import AXIS, Color, Draft, turns_about_z
 from intent_perception.workshop.things.solids import (

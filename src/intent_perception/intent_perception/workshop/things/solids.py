@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh, convex_hull
-from intent_perception.geometry.transforms import Array
 from intent_perception.objects.model import Part
 
 SEGMENTS = 48

@@ -5,7 +5,7 @@ Each maker is one real kind of thing with its own outline; sizes are those of co
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 from intent_perception.objects.model import Functions, Opening, Part, Symmetry
 from intent_perception.workshop.things.designed_object import (
     AXIS,

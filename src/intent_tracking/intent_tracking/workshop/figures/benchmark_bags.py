@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.geometry.transforms import Array, transform_points
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import transform_points
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.tracker.recording import Recording, track_bag

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import KINECT, RgbdFrame
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.rendering import render
 from intent_perception.geometry.transforms import (
-    Array,
     make_pose,
     rotation_from_vector,
     transform_points,

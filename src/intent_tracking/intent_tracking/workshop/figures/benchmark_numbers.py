@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.sdf import SignedDistance
-from intent_perception.geometry.transforms import Array, make_pose, rotation_from_vector
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.tracker.tracker import Tracker, TrackerConfig

@@ -5,16 +5,17 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from intent_perception.basics.arrays import Floats
 from intent_tracking.fit.objective import forth_costs
 from intent_tracking.image.frame_evidence import Labelled
-from intent_tracking.scene.hand_kernel import Single, hand_arrays
+from intent_tracking.scene.hand_kernel import hand_arrays
 from intent_tracking.scene.hand_model import HandModel
 from intent_tracking.scene.object_kernel import object_arrays
 
 SIZE, PARTICLES = 64, 2048
 
 
-def _problem() -> tuple[Labelled, Single, Single]:
+def _problem() -> tuple[Labelled, Floats, Floats]:
     depth = np.full((SIZE, SIZE), 0.8, np.float32)
     hand = np.zeros((SIZE, SIZE), np.float32)
     hand[16:48, 16:48] = 1.0

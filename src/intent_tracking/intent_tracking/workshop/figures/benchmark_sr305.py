@@ -13,8 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
-from intent_perception.geometry.transforms import Array, inverse
+from intent_perception.geometry.transforms import inverse
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.scene.hand_kernel import hand_arrays, hand_buffers, place_hand
 from intent_tracking.scene.raster import FAR, draw_capsule

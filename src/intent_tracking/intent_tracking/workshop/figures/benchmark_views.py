@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.geometry.transforms import (
-    Array,
     inverse,
     make_pose,
     rotation_from_vector,

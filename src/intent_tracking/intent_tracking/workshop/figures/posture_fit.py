@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 from intent_tracking.scene.posture_prior import SHIPPED, Posture
 
 OPEN: Array = np.radians(

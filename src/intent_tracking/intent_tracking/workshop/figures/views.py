@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.sdf import SignedDistance
-from intent_perception.geometry.transforms import Array, make_pose, rotation_from_vector
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_tracking.scene.hand_kernel import hand_arrays, hand_buffers, place_hand
 from intent_tracking.scene.hand_model import LIMITS, HandModel
 from intent_tracking.scene.raster import FAR, draw_capsule, draw_mesh

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array, rotation_from_vector
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import rotation_from_vector
 from intent_perception.objects.database import ObjectModel
 from intent_tracking.workshop.person.acting.person_grasp import Approach
 

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.sdf import SignedDistance
-from intent_perception.geometry.transforms import Array, make_pose, transform_points
+from intent_perception.geometry.transforms import make_pose, transform_points
 from intent_tracking.workshop.person.body.person_hand import LOWER, PALM, UPPER
 from intent_tracking.workshop.person.body.skin import Skin
 

@@ -9,12 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from intent_perception.geometry.transforms import (
-    Array,
-    make_pose,
-    rotation_from_vector,
-    transform_points,
-)
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector, transform_points
 from intent_perception.objects.database import ObjectModel
 from intent_tracking.workshop.person.acting.approach import approaches, leaves_function_free
 from intent_tracking.workshop.person.acting.person_grasp import OPEN, Grasp, Taker

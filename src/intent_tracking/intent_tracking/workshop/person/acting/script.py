@@ -6,7 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array, inverse, make_pose, rotation_from_vector
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import inverse, make_pose, rotation_from_vector
 from intent_perception.objects.database import ObjectModel
 from intent_tracking.workshop.person.acting.hand_motion import Choreography, Motion, mirrored
 from intent_tracking.workshop.person.acting.person_grasp import OPEN, Grasp, Taker

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array, make_pose, rotation_from_vector
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_tracking.workshop.person.acting.hand_motion import Choreography
 from intent_tracking.workshop.person.acting.person_grasp import Taker
 from intent_tracking.workshop.person.acting.reaching import Reach, free_closing

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.geometry.transforms import Array
 
 Field = Callable[[Array], Array]
 

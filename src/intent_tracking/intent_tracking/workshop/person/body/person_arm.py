@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from intent_perception.geometry.transforms import Array
+from intent_perception.basics.arrays import Array
 
 _SWIVELS = np.linspace(-np.pi, np.pi, 36, endpoint=False)
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.geometry.transforms import Array, rotation_from_vector
+from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import rotation_from_vector
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 

@@ -12,12 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.geometry.transforms import (
-    Array,
-    inverse,
-    quaternion_from_rotation,
-)
+from intent_perception.geometry.transforms import inverse, quaternion_from_rotation
 from intent_tracking.workshop.person.body.blended_surface import (
     RoundCones,
     smooth_union,

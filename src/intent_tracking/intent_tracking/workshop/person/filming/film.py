@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.rendering import render, visible_pixels
-from intent_perception.geometry.transforms import Array, inverse, look_at, transform_points
+from intent_perception.geometry.transforms import inverse, look_at, transform_points
 from intent_perception.objects.database import ObjectModel
 from intent_perception.workshop.scenes.sensor_noise import KinectNoise, observe
 from intent_tracking.workshop.person.acting.script import Script

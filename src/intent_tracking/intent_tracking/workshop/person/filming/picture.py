@@ -7,9 +7,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.rendering import render
-from intent_perception.geometry.transforms import Array, inverse, look_at
+from intent_perception.geometry.transforms import inverse, look_at
 from intent_tracking.workshop.person.filming.room import Piece
 from intent_tracking.workshop.person.filming.shading import shaded
 

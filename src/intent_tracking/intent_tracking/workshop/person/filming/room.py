@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.geometry.transforms import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,19 +1,18 @@
 """Compiled light and texture: one pass over the pixels of a demonstrator's picture."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float32]
+from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import summing_kernel
 
-_FAST = {"reassoc", "contract", "arcp", "nsz"}
 _BIAS = np.float32(0.012)
 """A surface this much behind the shadow map is in the shadow [m]."""
 _TAPS = np.array([[0, 0], [3, 1], [-1, 3], [-3, -1], [1, -3]])
 _SKY, _UP = np.float32(0.72), np.float32(0.28)
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def shaded(
     depth: Floats,
     label: NDArray[np.int16],
@@ -78,7 +77,7 @@ def shaded(
     return color
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _unshadowed(point: Floats, lamp_view: Floats, focal: np.float32, nearest: Floats) -> np.float32:
     """Return the share of the lamp that reaches a point, by a blurred shadow map."""
     size = nearest.shape[0]
@@ -100,7 +99,7 @@ def _unshadowed(point: Floats, lamp_view: Floats, focal: np.float32, nearest: Fl
     return np.float32(free) / np.float32(len(_TAPS))
 
 
-@njit(cache=True, error_model="numpy", fastmath=_FAST)
+@summing_kernel
 def _grain(x: np.float32, y: np.float32, z: np.float32) -> np.float32:
     """Return a texture about -0.3..0.3 that runs along x, from a position in the table frame."""
     f = np.float32
