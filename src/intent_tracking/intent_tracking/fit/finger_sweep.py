@@ -6,17 +6,35 @@ capsules of its finger and counts only the change of C (see `objective`) in thei
 
 import numpy as np
 
+from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.objective import PENETRATION_WEIGHT, draw_objects, penetration, pixel_cost
-from intent_tracking.scene.hand_kernel import new_hand_buffers, place_hand
+from intent_tracking.image.frame_evidence import Labelled
+from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, new_hand_buffers, place_hand
+from intent_tracking.scene.object_kernel import ObjectArrays
+from intent_tracking.scene.posture_prior import Posture
 from intent_tracking.scene.raster import FAR, draw_capsule
 
 
 @kernel
-def finger_cost(  # type: ignore[no-untyped-def]
-    hand, buffers, objects, seen, rest, thing, without, own, state, rotations, finger, prior,
-    posture, pull, unusual, g,
-):  # fmt: skip
+def finger_cost(
+    hand: HandArrays,
+    buffers: HandBuffers,
+    objects: ObjectArrays,
+    seen: Labelled,
+    rest: Floats,
+    thing: Floats,
+    without: Floats,
+    own: Floats,
+    state: Floats,
+    rotations: Floats,
+    finger: int,
+    prior: Floats,
+    posture: Posture,
+    pull: np.float32,
+    unusual: np.float32,
+    g: Floats,
+) -> np.float32:
     """Return the cost of one finger's pose relative to the scene without that finger.
 
     rest, thing (S, S): z-buffers of the hand without the finger and of all objects; without
@@ -59,19 +77,21 @@ def finger_cost(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def normal():  # type: ignore[no-untyped-def]
+def normal() -> np.float32:
     """Return a standard normal number of the compiled generator."""
     return np.float32(np.random.standard_normal())  # noqa: NPY002 (numba's own generator)
 
 
 @kernel
-def between(low, high):  # type: ignore[no-untyped-def]
+def between(low: np.float32, high: np.float32) -> np.float32:
     """Return a uniform number of the compiled generator."""
     return low + np.float32(np.random.random()) * (high - low)  # noqa: NPY002
 
 
 @kernel
-def draw_trial(state, origin, limits, finger, trial, spread):  # type: ignore[no-untyped-def]
+def draw_trial(
+    state: Floats, origin: Floats, limits: Floats, finger: int, trial: int, spread: np.float32
+) -> None:
     """Draw a pose of one finger: near the present one, or anywhere on a natural curl."""
     base, first = 6 + 4 * finger, 4 * finger
     kind = trial % 4
@@ -97,10 +117,21 @@ def draw_trial(state, origin, limits, finger, trial, spread):  # type: ignore[no
 
 
 @kernel
-def sweep_fingers(  # type: ignore[no-untyped-def]
-    hand, objects, seen, state, rotations, prior, posture, limits, trials, pull, unusual, spread,
-    seed,
-):  # fmt: skip
+def sweep_fingers(
+    hand: HandArrays,
+    objects: ObjectArrays,
+    seen: Labelled,
+    state: Floats,
+    rotations: Floats,
+    prior: Floats,
+    posture: Posture,
+    limits: Floats,
+    trials: int,
+    pull: np.float32,
+    unusual: np.float32,
+    spread: np.float32,
+    seed: int,
+) -> None:
     """Improve the fingers of `state` in place, one after the other.
 
     Args:

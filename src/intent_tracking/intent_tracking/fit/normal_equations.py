@@ -20,6 +20,7 @@ import math
 
 import numpy as np
 
+from intent_perception.basics.arrays import Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.prior_terms import add_priors
 from intent_tracking.fit.wrenches import (
@@ -30,12 +31,15 @@ from intent_tracking.fit.wrenches import (
     empty_hand,
     hand_row,
 )
-from intent_tracking.scene.hand_kernel import nearest_capsule, place_hand
-from intent_tracking.scene.object_kernel import distance_in_camera
+from intent_tracking.image.frame_evidence import Evidence, Prior, Weights
+from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, nearest_capsule, place_hand
+from intent_tracking.scene.object_kernel import ObjectArrays, distance_in_camera
 
 
 @kernel
-def tile_pixel(x, y, z, evidence):  # type: ignore[no-untyped-def]
+def tile_pixel(
+    x: np.float32, y: np.float32, z: np.float32, evidence: Evidence
+) -> tuple[np.float32, np.float32]:
     """Return the pixel (row, column) of a point, kept one off the tile's border."""
     last = evidence.depth.shape[0] - 2
     inverse = np.float32(1.0) / max(z, np.float32(0.05))
@@ -45,7 +49,15 @@ def tile_pixel(x, y, z, evidence):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add_hand_points(hand, buffers, evidence, weights, state, bags, work):  # type: ignore[no-untyped-def]
+def add_hand_points(
+    hand: HandArrays,
+    buffers: HandBuffers,
+    evidence: Evidence,
+    weights: Weights,
+    state: Floats,
+    bags: Floats,
+    work: Floats,
+) -> np.float32:
     """Add observed hand points against the nearest capsule; return their cost."""
     nearest_capsule(evidence.hand_points, buffers.ends, hand.radii, work[0], work[1])
     square, cost = weights.scale * weights.scale, np.float32(0.0)
@@ -73,7 +85,15 @@ def add_hand_points(hand, buffers, evidence, weights, state, bags, work):  # typ
 
 
 @kernel
-def add_object_points(objects, evidence, weights, state, rotations, bags, g):  # type: ignore[no-untyped-def]
+def add_object_points(
+    objects: ObjectArrays,
+    evidence: Evidence,
+    weights: Weights,
+    state: Floats,
+    rotations: Floats,
+    bags: Floats,
+    g: Floats,
+) -> np.float32:
     """Add observed object points against the signed distance; return their cost."""
     square, cost = weights.scale * weights.scale, np.float32(0.0)
     for n in range(evidence.object_points.shape[1]):
@@ -91,7 +111,15 @@ def add_object_points(objects, evidence, weights, state, rotations, bags, g):  #
 
 
 @kernel
-def image_residual(evidence, weights, x, y, z, radius, g):  # type: ignore[no-untyped-def]
+def image_residual(
+    evidence: Evidence,
+    weights: Weights,
+    x: np.float32,
+    y: np.float32,
+    z: np.float32,
+    radius: np.float32,
+    g: Floats,
+) -> tuple[np.float32, np.float32]:
     """Return (residual, weight) of a model sample against silhouette or depth; write d e / dc."""
     r, c = tile_pixel(x, y, z, evidence)
     off = evidence.outside[r, c]
@@ -112,22 +140,22 @@ def image_residual(evidence, weights, x, y, z, radius, g):  # type: ignore[no-un
 
 
 @kernel
-def add_hand_samples(  # type: ignore[no-untyped-def]
-    hand,
-    objects,
-    buffers,
-    evidence,
-    weights,
-    prior,
-    state,
-    rotations,
-    bags,
-    normal,
-    gradient,
-    row,
-    index,
-    g,
-):
+def add_hand_samples(
+    hand: HandArrays,
+    objects: ObjectArrays,
+    buffers: HandBuffers,
+    evidence: Evidence,
+    weights: Weights,
+    prior: Prior,
+    state: Floats,
+    rotations: Floats,
+    bags: Floats,
+    normal: Floats,
+    gradient: Floats,
+    row: Floats,
+    index: Indices,
+    g: Floats,
+) -> np.float32:
     """Add silhouette, depth order, penetration and touch of three samples per capsule."""
     cost = np.float32(0.0)
     square = weights.scale * weights.scale
@@ -169,7 +197,15 @@ def add_hand_samples(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add_object_samples(objects, evidence, weights, state, rotations, bags, g):  # type: ignore[no-untyped-def]
+def add_object_samples(
+    objects: ObjectArrays,
+    evidence: Evidence,
+    weights: Weights,
+    state: Floats,
+    rotations: Floats,
+    bags: Floats,
+    g: Floats,
+) -> np.float32:
     """Add silhouette and depth order of the objects' surface samples; return their cost."""
     cost = np.float32(0.0)
     wide = np.float32(4.0) * weights.scale * weights.scale
@@ -198,10 +234,23 @@ def add_object_samples(objects, evidence, weights, state, rotations, bags, g):  
 
 
 @kernel
-def linearize(  # type: ignore[no-untyped-def]
-    hand, objects, evidence, weights, prior, state, rotations, buffers, normal, gradient, bags,
-    work, row, index, g,
-):  # fmt: skip
+def linearize(
+    hand: HandArrays,
+    objects: ObjectArrays,
+    evidence: Evidence,
+    weights: Weights,
+    prior: Prior,
+    state: Floats,
+    rotations: Floats,
+    buffers: HandBuffers,
+    normal: Floats,
+    gradient: Floats,
+    bags: Floats,
+    work: Floats,
+    row: Floats,
+    index: Indices,
+    g: Floats,
+) -> np.float32:
     """Return E at (state, rotations); write the normal matrix (lower) and -half the gradient.
 
     bags (24 + K, 27), work (2, N), row and index (20,), g (3,) are work space.

@@ -20,9 +20,17 @@ b = 1 where both are foreground. A model pixel behind an unknown occluder counts
 
 import numpy as np
 
+from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
-from intent_tracking.scene.hand_kernel import new_hand_buffers, place_hand, turn
-from intent_tracking.scene.object_kernel import off_grid, signed_distance
+from intent_tracking.image.frame_evidence import Labelled
+from intent_tracking.scene.hand_kernel import (
+    HandArrays,
+    HandBuffers,
+    new_hand_buffers,
+    place_hand,
+    turn,
+)
+from intent_tracking.scene.object_kernel import ObjectArrays, off_grid, signed_distance
 from intent_tracking.scene.raster import FAR, draw_capsule, draw_mesh
 
 SKIN_WEIGHT = np.float32(20.0)
@@ -34,7 +42,9 @@ REST_GAP = np.float32(0.15)
 
 
 @kernel
-def forth_shares(z, hand_first, d, oh, ot):  # type: ignore[no-untyped-def]
+def forth_shares(
+    z: np.float32, hand_first: bool, d: np.float32, oh: np.float32, ot: np.float32
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return what one pixel adds to the six sums of D: rendered depth z, observed depth d [m]."""
     one, zero = np.float32(1.0), np.float32(0.0)
     missing = d <= zero
@@ -57,7 +67,9 @@ def forth_shares(z, hand_first, d, oh, ot):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1):  # type: ignore[no-untyped-def]
+def forth_sums(
+    hand_depth: Floats, thing_depth: Floats, seen: Labelled, r0: int, r1: int, c0: int, c1: int
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return the six sums of D over rows r0..r1-1 and columns c0..c1-1.
 
     Depth differences [m], union of observed and rendered foreground, then for hand and objects the
@@ -82,7 +94,7 @@ def forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1):  # type: ignore[n
 
 
 @kernel
-def forth_cost(sums):  # type: ignore[no-untyped-def]
+def forth_cost(sums: Floats) -> np.float32:
     """Return D from its six sums over the tile."""
     one, two, eps = np.float32(1.0), np.float32(2.0), np.float32(1e-6)
     cost = np.float32(100.0) * sums[0] / (sums[1] + eps)
@@ -93,7 +105,7 @@ def forth_cost(sums):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def sums_above(hand_depth, thing_depth, seen, above):  # type: ignore[no-untyped-def]
+def sums_above(hand_depth: Floats, thing_depth: Floats, seen: Labelled, above: Floats) -> None:
     """Write the sums of D over all rows above each row in strips of 16 columns.
 
     above (S + 1, S / 16, 6): the sums over any rows of a strip are a difference of two entries.
@@ -108,7 +120,9 @@ def sums_above(hand_depth, thing_depth, seen, above):  # type: ignore[no-untyped
 
 
 @kernel
-def complete_sums(drawn, above, r0, r1, c0, c1, sums):  # type: ignore[no-untyped-def]
+def complete_sums(
+    drawn: Floats, above: Floats, r0: int, r1: int, c0: int, c1: int, sums: Floats
+) -> None:
     """Write the six sums of D over a tile of which a window was drawn anew.
 
     Args:
@@ -130,7 +144,7 @@ def complete_sums(drawn, above, r0, r1, c0, c1, sums):  # type: ignore[no-untype
 
 
 @kernel
-def finger_crossing(state):  # type: ignore[no-untyped-def]
+def finger_crossing(state: Floats) -> np.float32:
     """Return kc [rad] of a state: abduction is positive towards the thumb."""
     total = np.float32(0.0)
     for finger in range(1, 4):
@@ -140,7 +154,16 @@ def finger_crossing(state):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def penetration(hand, buffers, objects, state, rotations, first, last, gradient):  # type: ignore[no-untyped-def]
+def penetration(
+    hand: HandArrays,
+    buffers: HandBuffers,
+    objects: ObjectArrays,
+    state: Floats,
+    rotations: Floats,
+    first: int,
+    last: int,
+    gradient: Floats,
+) -> np.float32:
     """Return how deep samples of capsules first..last-1 lie inside the objects, summed [m]."""
     total = np.float32(0.0)
     for k in range(objects.surface.shape[0]):
@@ -162,7 +185,9 @@ def penetration(hand, buffers, objects, state, rotations, first, last, gradient)
 
 
 @kernel
-def pixel_cost(zh, zt, d, oh, ot, valid):  # type: ignore[no-untyped-def]
+def pixel_cost(
+    zh: np.float32, zt: np.float32, d: np.float32, oh: np.float32, ot: np.float32, valid: np.float32
+) -> np.float32:
     """Return one pixel's share of C."""
     one, zero = np.float32(1.0), np.float32(0.0)
     z = min(zh, zt)
@@ -178,7 +203,14 @@ def pixel_cost(zh, zt, d, oh, ot, valid):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def draw_objects(objects, state, rotations, seen, depth, work):  # type: ignore[no-untyped-def]
+def draw_objects(
+    objects: ObjectArrays,
+    state: Floats,
+    rotations: Floats,
+    seen: Labelled,
+    depth: Floats,
+    work: Floats,
+) -> tuple[int, int, int, int]:
     """Draw the K objects of a state into depth (S, S); return the window as `draw_mesh` does."""
     r0, r1, c0, c1 = depth.shape[0], 0, depth.shape[0], 0
     for k in range(objects.surface.shape[0]):
@@ -194,7 +226,9 @@ def draw_objects(objects, state, rotations, seen, depth, work):  # type: ignore[
 
 
 @kernel
-def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-untyped-def]
+def rendered_cost(
+    hand: HandArrays, objects: ObjectArrays, seen: Labelled, state: Floats, rotations: Floats
+) -> tuple[np.float32, np.float32]:
     """Return (C + penetration, C per observed or drawn hand pixel) of one state.
 
     The second leaves out the silhouettes' edges, one pixel to each side, which would make a small
@@ -231,7 +265,7 @@ def rendered_cost(hand, objects, seen, state, rotations):  # type: ignore[no-unt
 
 
 @kernel
-def turn_bodies(state, base, rotations):  # type: ignore[no-untyped-def]
+def turn_bodies(state: Floats, base: Floats, rotations: Floats) -> None:
     """Write the rotations (1 + K, 3, 3) that the increments of a state make of `base`."""
     for body in range(base.shape[0]):
         o = 3 if body == 0 else 23 + 6 * body
@@ -239,7 +273,16 @@ def turn_bodies(state, base, rotations):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def forth_costs(hand, objects, seen, states, base, first, last, costs):  # type: ignore[no-untyped-def]
+def forth_costs(
+    hand: HandArrays,
+    objects: ObjectArrays,
+    seen: Labelled,
+    states: Floats,
+    base: Floats,
+    first: int,
+    last: int,
+    costs: Floats,
+) -> None:
     """Write E of particles first..last-1; rotations are increments exp(state[3:6]) on `base`.
 
     The objects are drawn once, where the first particle has them; `swarm_cost` moves them.

@@ -2,11 +2,16 @@
 
 import numpy as np
 
+from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
+from intent_tracking.image.frame_evidence import Prior, Weights
+from intent_tracking.scene.posture_prior import Posture
 
 
 @kernel
-def add_single(normal, gradient, i, e, w):  # type: ignore[no-untyped-def]
+def add_single(
+    normal: Floats, gradient: Floats, i: int, e: np.float32, w: np.float32
+) -> np.float32:
     """Add w e^2 of a residual that is unknown i itself; return its cost."""
     normal[i, i] += w
     gradient[i] -= w * e
@@ -14,7 +19,15 @@ def add_single(normal, gradient, i, e, w):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add_pair(normal, gradient, i, j, factor, state, w):  # type: ignore[no-untyped-def]
+def add_pair(
+    normal: Floats,
+    gradient: Floats,
+    i: int,
+    j: int,
+    factor: np.float32,
+    state: Floats,
+    w: np.float32,
+) -> np.float32:
     """Add w (x_i - factor x_j)^2, i > j; return its cost."""
     e = state[i] - factor * state[j]
     normal[i, i] += w
@@ -26,7 +39,9 @@ def add_pair(normal, gradient, i, j, factor, state, w):  # type: ignore[no-untyp
 
 
 @kernel
-def add_posture(normal, gradient, state, posture, w):  # type: ignore[no-untyped-def]
+def add_posture(
+    normal: Floats, gradient: Floats, state: Floats, posture: Posture, w: np.float32
+) -> np.float32:
     """Add w times the squared Mahalanobis distance of the joint angles; return its cost."""
     cost = np.float32(0.0)
     for n in range(20):
@@ -41,7 +56,14 @@ def add_posture(normal, gradient, state, posture, w):  # type: ignore[no-untyped
 
 
 @kernel
-def add_priors(weights, prior, state, rotations, normal, gradient):  # type: ignore[no-untyped-def]
+def add_priors(
+    weights: Weights,
+    prior: Prior,
+    state: Floats,
+    rotations: Floats,
+    normal: Floats,
+    gradient: Floats,
+) -> np.float32:
     """Add limits, prediction, couplings, posture and object predictions; return their cost."""
     cost = np.float32(0.0)
     zero, half = np.float32(0.0), np.float32(0.5)

@@ -69,7 +69,7 @@ def minimise(
 
 
 @exact_kernel
-def remember(position, costs, own, own_cost):  # type: ignore[no-untyped-def]
+def remember(position: Floats, costs: Floats, own: Floats, own_cost: Floats) -> int:
     """Update each particle's best position (P, D) and its cost (P,); return the best particle."""
     best = 0
     for p in range(position.shape[0]):
@@ -83,7 +83,16 @@ def remember(position, costs, own, own_cost):  # type: ignore[no-untyped-def]
 
 
 @exact_kernel
-def fly(position, velocity, own, best, draws, spread, low, high):  # type: ignore[no-untyped-def]
+def fly(
+    position: Floats,
+    velocity: Floats,
+    own: Floats,
+    best: Floats,
+    draws: Floats,
+    spread: Floats,
+    low: Floats,
+    high: Floats,
+) -> None:
     """Move the particles by one step of the swarm, without fast math: the same bits everywhere.
 
     Args:

@@ -4,14 +4,19 @@ import math
 
 import numpy as np
 
+from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.normal_equations import linearize
 from intent_tracking.fit.wrenches import WRENCH
-from intent_tracking.scene.hand_kernel import new_hand_buffers, turn
+from intent_tracking.image.frame_evidence import Evidence, Prior, Weights
+from intent_tracking.scene.hand_kernel import HandArrays, new_hand_buffers, turn
+from intent_tracking.scene.object_kernel import ObjectArrays
 
 
 @kernel
-def solve_damped(normal, gradient, damping, lower, step):  # type: ignore[no-untyped-def]
+def solve_damped(
+    normal: Floats, gradient: Floats, damping: np.float32, lower: Floats, step: Floats
+) -> None:
     """Solve (normal + damping diag(normal)) step = gradient by Cholesky; `lower` is work space."""
     size = gradient.shape[0]
     for i in range(size):
@@ -38,7 +43,14 @@ def solve_damped(normal, gradient, damping, lower, step):  # type: ignore[no-unt
 
 
 @kernel
-def apply_step(state, rotations, step, limits, new_state, new_rotations):  # type: ignore[no-untyped-def]
+def apply_step(
+    state: Floats,
+    rotations: Floats,
+    step: Floats,
+    limits: Floats,
+    new_state: Floats,
+    new_rotations: Floats,
+) -> None:
     """Write state and rotations after a step; angles stay within their limits."""
     for i in range(state.shape[0]):
         new_state[i] = state[i] + step[i]
@@ -52,7 +64,18 @@ def apply_step(state, rotations, step, limits, new_state, new_rotations):  # typ
 
 
 @kernel
-def refine(hand, objects, evidence, weights, prior, states, rotations, iterations, costs, normals):  # type: ignore[no-untyped-def]
+def refine(
+    hand: HandArrays,
+    objects: ObjectArrays,
+    evidence: Evidence,
+    weights: Weights,
+    prior: Prior,
+    states: Floats,
+    rotations: Floats,
+    iterations: int,
+    costs: Floats,
+    normals: Floats,
+) -> None:
     """Refine every start in place.
 
     Args:

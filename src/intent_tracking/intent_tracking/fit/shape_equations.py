@@ -11,12 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from intent_perception.basics.arrays import Floats
+from intent_perception.basics.arrays import Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.normal_equations import image_residual
 from intent_tracking.fit.wrenches import hand_row
+from intent_tracking.image.frame_evidence import Evidence, Weights
 from intent_tracking.scene.hand_kernel import (
     HandArrays,
+    HandBuffers,
     nearest_capsule,
     new_hand_buffers,
     place_hand,
@@ -37,7 +39,9 @@ class ShapeDirections(NamedTuple):
 
 
 @kernel
-def add_dense(matrix, vector, full, e, weight):  # type: ignore[no-untyped-def]
+def add_dense(
+    matrix: Floats, vector: Floats, full: Floats, e: np.float32, weight: np.float32
+) -> None:
     """Add weight full full^T (lower triangle) and -weight full e of one row (48,)."""
     for p in range(full.shape[0]):
         w = weight * full[p]
@@ -48,7 +52,22 @@ def add_dense(matrix, vector, full, e, weight):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def fill_row(buffers, state, slopes, i, t, x, y, z, gx, gy, gz, row, index, full):  # type: ignore[no-untyped-def]
+def fill_row(
+    buffers: HandBuffers,
+    state: Floats,
+    slopes: Floats,
+    i: int,
+    t: np.float32,
+    x: np.float32,
+    y: np.float32,
+    z: np.float32,
+    gx: np.float32,
+    gy: np.float32,
+    gz: np.float32,
+    row: Floats,
+    index: Indices,
+    full: Floats,
+) -> None:
     """Write d(g . c) / d(pose, shape) into full (48,) for the point c at share t of capsule i.
 
     slopes (22, 24, 2, 3): derivative of the posed capsule ends by each number of the shape.
@@ -67,9 +86,18 @@ def fill_row(buffers, state, slopes, i, t, x, y, z, gx, gy, gz, row, index, full
 
 
 @kernel
-def add_points(  # type: ignore[no-untyped-def]
-    hand, buffers, slopes, thicker, evidence, weights, state, matrix, vector, full
-):
+def add_points(
+    hand: HandArrays,
+    buffers: HandBuffers,
+    slopes: Floats,
+    thicker: Floats,
+    evidence: Evidence,
+    weights: Weights,
+    state: Floats,
+    matrix: Floats,
+    vector: Floats,
+    full: Floats,
+) -> None:
     """Add observed points against the nearest capsule, those on sides that the camera sees."""
     points = evidence.hand_points
     work = np.empty((2, max(points.shape[1], 1)), np.float32)
@@ -97,9 +125,18 @@ def add_points(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add_samples(  # type: ignore[no-untyped-def]
-    hand, buffers, slopes, thicker, evidence, weights, state, matrix, vector, full
-):
+def add_samples(
+    hand: HandArrays,
+    buffers: HandBuffers,
+    slopes: Floats,
+    thicker: Floats,
+    evidence: Evidence,
+    weights: Weights,
+    state: Floats,
+    matrix: Floats,
+    vector: Floats,
+    full: Floats,
+) -> None:
     """Add silhouette and depth order of three samples per capsule."""
     row, index = np.empty(20, np.float32), np.empty(20, np.int64)
     g = np.empty(3, np.float32)
@@ -121,9 +158,16 @@ def add_samples(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def shape_equations(  # type: ignore[no-untyped-def]
-    hand, directions, evidence, weights, state, rotation, matrix, vector
-):
+def shape_equations(
+    hand: HandArrays,
+    directions: ShapeDirections,
+    evidence: Evidence,
+    weights: Weights,
+    state: Floats,
+    rotation: Floats,
+    matrix: Floats,
+    vector: Floats,
+) -> None:
     """Write the normal matrix (48, 48) (lower triangle) and -half the gradient (48,) of a frame.
 
     Args:

@@ -21,14 +21,22 @@ from intent_tracking.fit.objective import (
     turn_bodies,
 )
 from intent_tracking.image.frame_evidence import Labelled
-from intent_tracking.scene.hand_kernel import new_hand_buffers, place_hand
-from intent_tracking.scene.inverse_depth import FARTHEST, PADDING, draw_capsule, draw_meshes
-from intent_tracking.scene.object_kernel import signed_distance
+from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, new_hand_buffers, place_hand
+from intent_tracking.scene.inverse_depth import (
+    FARTHEST,
+    PADDING,
+    MeshArrays,
+    draw_capsule,
+    draw_meshes,
+)
+from intent_tracking.scene.object_kernel import ObjectArrays, signed_distance
 from intent_tracking.scene.raster import FAR
 
 
 @kernel
-def grid_place(objects, k, r, x, y, z):  # type: ignore[no-untyped-def]
+def grid_place(
+    objects: ObjectArrays, k: int, r: Floats, x: np.float32, y: np.float32, z: np.float32
+) -> tuple[np.float32, np.float32, np.float32]:
     """Return where a point relative to object k's origin is in its distance grid [cells]."""
     scale = objects.grid_scale[k]
     return (
@@ -39,7 +47,14 @@ def grid_place(objects, k, r, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def near_penetration(hand, buffers, objects, state, rotations, gradient):  # type: ignore[no-untyped-def]
+def near_penetration(
+    hand: HandArrays,
+    buffers: HandBuffers,
+    objects: ObjectArrays,
+    state: Floats,
+    rotations: Floats,
+    gradient: Floats,
+) -> np.float32:
     """Return `objective.penetration` of all capsules, computed where it can be positive only.
 
     That is in cells of the distance grid none of whose corners is farther from the surface than
@@ -77,7 +92,9 @@ def near_penetration(hand, buffers, objects, state, rotations, gradient):  # typ
 
 
 @kernel
-def image_sums(hand_image, thing_image, seen, r0, r1, c0, c1):  # type: ignore[no-untyped-def]
+def image_sums(
+    hand_image: Floats, thing_image: Floats, seen: Labelled, r0: int, r1: int, c0: int, c1: int
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return `objective.forth_sums` of two images of inverse depth; clear their rows r0..r1-1."""
     one, zero = np.float32(1.0), np.float32(0.0)
     total, area = zero, zero
@@ -109,7 +126,16 @@ def sums_of_nothing(seen: Labelled) -> Floats:
 
 
 @kernel
-def joint_costs(hand, objects, meshes, seen, above, states, base, costs):  # type: ignore[no-untyped-def]
+def joint_costs(
+    hand: HandArrays,
+    objects: ObjectArrays,
+    meshes: MeshArrays,
+    seen: Labelled,
+    above: Floats,
+    states: Floats,
+    base: Floats,
+    costs: Floats,
+) -> None:
     """Write E of all particles; rotations are increments exp(state[3:6]) on `base`.
 
     Args:

@@ -10,14 +10,26 @@ scattered ones.
 
 import numpy as np
 
+from intent_perception.basics.arrays import Floats, Indices
 from intent_perception.basics.kernels import kernel
+from intent_tracking.scene.hand_kernel import HandBuffers
 
 WRENCH = 27
 """21 of the symmetric matrix (lower triangle, row by row), 6 of the vector."""
 
 
 @kernel
-def add_wrench(bag, gx, gy, gz, x, y, z, e, weight):  # type: ignore[no-untyped-def]
+def add_wrench(
+    bag: Floats,
+    gx: np.float32,
+    gy: np.float32,
+    gz: np.float32,
+    x: np.float32,
+    y: np.float32,
+    z: np.float32,
+    e: np.float32,
+    weight: np.float32,
+) -> None:
     """Add one residual to a bag (27,): derivative g at the point (x, y, z) from o."""
     m0, m1, m2 = y * gz - z * gy, z * gx - x * gz, x * gy - y * gx
     w0, w1, w2 = weight * gx, weight * gy, weight * gz
@@ -52,7 +64,7 @@ def add_wrench(bag, gx, gy, gz, x, y, z, e, weight):  # type: ignore[no-untyped-
 
 
 @kernel
-def empty_bag(bag, offset, normal, gradient):  # type: ignore[no-untyped-def]
+def empty_bag(bag: Floats, offset: int, normal: Floats, gradient: Floats) -> None:
     """Add a bag to the six unknowns of a body at `offset`."""
     n = 0
     for p in range(6):
@@ -63,7 +75,7 @@ def empty_bag(bag, offset, normal, gradient):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def times_bag(bag, s, out):  # type: ignore[no-untyped-def]
+def times_bag(bag: Floats, s: Floats, out: Floats) -> None:
     """Write the bag's symmetric matrix times s (6,) into out (6,)."""
     for p in range(6):
         total = np.float32(0.0)
@@ -74,7 +86,9 @@ def times_bag(bag, s, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def empty_hand(bags, buffers, state, normal, gradient):  # type: ignore[no-untyped-def]
+def empty_hand(
+    bags: Floats, buffers: HandBuffers, state: Floats, normal: Floats, gradient: Floats
+) -> None:
     """Add the bags (24, 27) of all capsules, gathered about the wrist, to the hand's unknowns."""
     whole, beyond = np.zeros(WRENCH, np.float32), np.zeros(WRENCH, np.float32)
     screws, image = np.zeros((4, 6), np.float32), np.zeros(6, np.float32)
@@ -110,7 +124,15 @@ def empty_hand(bags, buffers, state, normal, gradient):  # type: ignore[no-untyp
 
 
 @kernel
-def add_row(normal, gradient, index, row, count, residual, weight):  # type: ignore[no-untyped-def]
+def add_row(
+    normal: Floats,
+    gradient: Floats,
+    index: Indices,
+    row: Floats,
+    count: int,
+    residual: np.float32,
+    weight: np.float32,
+) -> None:
     """Add weight row row^T to the lower triangle and -weight row residual to the gradient."""
     for p in range(count):
         w = weight * row[p]
@@ -125,7 +147,19 @@ def add_row(normal, gradient, index, row, count, residual, weight):  # type: ign
 
 
 @kernel
-def hand_row(buffers, state, i, x, y, z, gx, gy, gz, row, index):  # type: ignore[no-untyped-def]
+def hand_row(
+    buffers: HandBuffers,
+    state: Floats,
+    i: int,
+    x: np.float32,
+    y: np.float32,
+    z: np.float32,
+    gx: np.float32,
+    gy: np.float32,
+    gz: np.float32,
+    row: Floats,
+    index: Indices,
+) -> int:
     """Write d(g . c) / dx for a point c = (x, y, z) fixed on capsule i; return its length."""
     row[0], row[1], row[2] = gx, gy, gz
     rx, ry, rz = x - state[0], y - state[1], z - state[2]
@@ -153,7 +187,18 @@ def hand_row(buffers, state, i, x, y, z, gx, gy, gz, row, index):  # type: ignor
 
 
 @kernel
-def body_row(offset, x, y, z, gx, gy, gz, row, index, count):  # type: ignore[no-untyped-def]
+def body_row(
+    offset: int,
+    x: np.float32,
+    y: np.float32,
+    z: np.float32,
+    gx: np.float32,
+    gy: np.float32,
+    gz: np.float32,
+    row: Floats,
+    index: Indices,
+    count: int,
+) -> int:
     """Append d(g . c) / dx of a point at (x, y, z) from the origin of the body at `offset`."""
     row[count], row[count + 1], row[count + 2] = gx, gy, gz
     row[count + 3], row[count + 4] = y * gz - z * gy, z * gx - x * gz

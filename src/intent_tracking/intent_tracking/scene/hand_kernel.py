@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from intent_perception.basics.arrays import Floats
+from intent_perception.basics.arrays import Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.transforms import rotation_between
 from intent_tracking.scene.hand_model import HandModel
@@ -79,7 +79,7 @@ def hand_buffers() -> HandBuffers:
 
 
 @kernel
-def new_hand_buffers():  # type: ignore[no-untyped-def]
+def new_hand_buffers() -> HandBuffers:
     """Return `HandBuffers` inside compiled code."""
     return HandBuffers(
         np.zeros((24, 2, 3), np.float32),
@@ -90,7 +90,7 @@ def new_hand_buffers():  # type: ignore[no-untyped-def]
 
 
 @kernel
-def turn(wx, wy, wz, rotation, out):  # type: ignore[no-untyped-def]
+def turn(wx: np.float32, wy: np.float32, wz: np.float32, rotation: Floats, out: Floats) -> None:
     """Write exp([w]) @ rotation for a rotation vector w [rad] into out (3, 3)."""
     square = wx * wx + wy * wy + wz * wz
     if square < np.float32(1e-8):
@@ -111,7 +111,7 @@ def turn(wx, wy, wz, rotation, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def place_hand(hand, state, rotation, out):  # type: ignore[no-untyped-def]
+def place_hand(hand: HandArrays, state: Floats, rotation: Floats, out: HandBuffers) -> None:
     """Pose the hand: `HandArrays`, state (26+,), wrist rotation (3, 3) -> `HandBuffers`.
 
     state[3:6] is not read: the rotation is given as a matrix.
@@ -166,7 +166,9 @@ def place_hand(hand, state, rotation, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def nearest_capsule(points, ends, radii, distance, nearest):  # type: ignore[no-untyped-def]
+def nearest_capsule(
+    points: Floats, ends: Floats, radii: Floats, distance: Floats, nearest: Indices
+) -> None:
     """Write the unsigned distance to the nearest capsule surface and its index.
 
     points (3, N) [m], ends (C, 2, 3), radii (C,); distance and nearest (N,) float32 are written.

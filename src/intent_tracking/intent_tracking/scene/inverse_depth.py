@@ -16,7 +16,7 @@ from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.arrays import Array, Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_tracking.scene.raster import FAR, NEAR, capsule_sides, capsule_window
 
@@ -77,7 +77,15 @@ def larger(_typing: Any, first: Any, second: Any) -> Any:
 
 
 @kernel
-def draw_capsule(ends, i, radius, image, u0, v0, step):  # type: ignore[no-untyped-def]
+def draw_capsule(
+    ends: Floats,
+    i: int,
+    radius: np.float32,
+    image: Floats,
+    u0: np.float32,
+    v0: np.float32,
+    step: np.float32,
+) -> tuple[int, int, int, int]:
     """Draw capsule i of ends (C, 2, 3) into an image.
 
     Returns:
@@ -93,7 +101,20 @@ def draw_capsule(ends, i, radius, image, u0, v0, step):  # type: ignore[no-untyp
 
 
 @kernel
-def fill_capsule(ends, i, radius, image, r0, r1, left, right, sides, u0, v0, step):  # type: ignore[no-untyped-def]
+def fill_capsule(
+    ends: Floats,
+    i: int,
+    radius: np.float32,
+    image: Floats,
+    r0: int,
+    r1: int,
+    left: np.float32,
+    right: np.float32,
+    sides: tuple[np.float32, ...],
+    u0: np.float32,
+    v0: np.float32,
+    step: np.float32,
+) -> None:
     """Draw rows r0..r1-1 of capsule i within columns left..right and its `capsule_sides`.
 
     All is relative to the unit axis through the first end. The ray enters the infinite cylinder at
@@ -141,7 +162,18 @@ def fill_capsule(ends, i, radius, image, r0, r1, left, right, sides, u0, v0, ste
 
 
 @kernel
-def project(vertices, rotation, x0, y0, z0, u0, v0, step, size, work):  # type: ignore[no-untyped-def]
+def project(
+    vertices: Floats,
+    rotation: Floats,
+    x0: np.float32,
+    y0: np.float32,
+    z0: np.float32,
+    u0: np.float32,
+    v0: np.float32,
+    step: np.float32,
+    size: int,
+    work: Floats,
+) -> tuple[int, int, int, int]:
     """Write column, row and 1 / z of vertices (3, V) into work (3, >= V); return their window."""
     inverse_step = np.float32(1.0) / step
     one, zero, last = np.float32(1.0), np.float32(0.0), np.float32(size - 1)
@@ -163,7 +195,15 @@ def project(vertices, rotation, x0, y0, z0, u0, v0, step, size, work):  # type: 
 
 
 @kernel
-def front_faces(planes, rotation, x0, y0, z0, height, chosen):  # type: ignore[no-untyped-def]
+def front_faces(
+    planes: Floats,
+    rotation: Floats,
+    x0: np.float32,
+    y0: np.float32,
+    z0: np.float32,
+    height: Floats,
+    chosen: Indices,
+) -> np.int64:
     """Write the faces of planes (4, F) that the camera is in front of; return their number.
 
     height (>= F) is overwritten; chosen (> F) receives the faces' numbers.
@@ -182,7 +222,9 @@ def front_faces(planes, rotation, x0, y0, z0, height, chosen):  # type: ignore[n
 
 
 @kernel
-def fill_faces(work, faces, chosen, count, image):  # type: ignore[no-untyped-def]
+def fill_faces(
+    work: Floats, faces: NDArray[np.int32], chosen: Indices, count: int, image: Floats
+) -> None:
     """Draw the first `count` chosen of faces (F, 3) between projected vertices into an image.
 
     Rows are filled in blocks of `LANES` columns of constant trip count, which vectorise fully.
@@ -218,7 +260,17 @@ def fill_faces(work, faces, chosen, count, image):  # type: ignore[no-untyped-de
 
 
 @kernel
-def draw_meshes(meshes, state, rotations, image, u0, v0, step, work, chosen):  # type: ignore[no-untyped-def]
+def draw_meshes(
+    meshes: MeshArrays,
+    state: Floats,
+    rotations: Floats,
+    image: Floats,
+    u0: np.float32,
+    v0: np.float32,
+    step: np.float32,
+    work: Floats,
+    chosen: Indices,
+) -> tuple[int, int, int, int]:
     """Draw the front faces of `MeshArrays` of K objects at the poses of a state into an image.
 
     Args:

@@ -106,7 +106,9 @@ def object_arrays(objects: Sequence[ObjectGeometry]) -> ObjectArrays:
 
 
 @kernel
-def off_grid(objects, k, x, y, z):  # type: ignore[no-untyped-def]
+def off_grid(
+    objects: ObjectArrays, k: int, x: np.float32, y: np.float32, z: np.float32
+) -> np.float32:
     """Return at least how far a point in object k's frame is from its surface [m]; often 0.
 
     Outside the grid, whose margin holds no surface, it is the margin plus the largest excess.
@@ -125,7 +127,9 @@ def off_grid(objects, k, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def signed_distance(objects, k, x, y, z, gradient):  # type: ignore[no-untyped-def]
+def signed_distance(
+    objects: ObjectArrays, k: int, x: np.float32, y: np.float32, z: np.float32, gradient: Floats
+) -> np.float32:
     """Return the signed distance [m] of a point in object k's frame and write its gradient (3,).
 
     Trilinear inside the grid; outside, the distance to the grid is added.
@@ -165,7 +169,15 @@ def signed_distance(objects, k, x, y, z, gradient):  # type: ignore[no-untyped-d
 
 
 @kernel
-def distance_in_camera(objects, k, rotation, x, y, z, gradient):  # type: ignore[no-untyped-def]
+def distance_in_camera(
+    objects: ObjectArrays,
+    k: int,
+    rotation: Floats,
+    x: np.float32,
+    y: np.float32,
+    z: np.float32,
+    gradient: Floats,
+) -> np.float32:
     """Return the signed distance [m] of a point given relative to object k's origin.
 
     (x, y, z) and the gradient (3,) that is written are along the camera's axes.
@@ -183,7 +195,17 @@ def distance_in_camera(objects, k, rotation, x, y, z, gradient):  # type: ignore
 
 
 @kernel
-def object_distances(objects, k, rotation, x0, y0, z0, points, reach, distance):  # type: ignore[no-untyped-def]
+def object_distances(
+    objects: ObjectArrays,
+    k: int,
+    rotation: Floats,
+    x0: np.float32,
+    y0: np.float32,
+    z0: np.float32,
+    points: Floats,
+    reach: np.float32,
+    distance: Floats,
+) -> None:
     """Write the signed distance (N,) [m] of points (3, N) to object k at (rotation, x0..z0).
 
     Of points that are clearly farther than `reach`, only a distance that is too small is known.

@@ -7,7 +7,9 @@ are depths along the optical axis [m]; `FAR` where nothing is drawn.
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
+from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
 
 FAR = np.float32(1e3)
@@ -17,7 +19,15 @@ SLACK = np.float32(0.01)
 
 
 @kernel
-def tangents(nx, ny, x, y, z, radius, inverse):  # type: ignore[no-untyped-def]
+def tangents(
+    nx: np.float32,
+    ny: np.float32,
+    x: np.float32,
+    y: np.float32,
+    z: np.float32,
+    radius: np.float32,
+    inverse: np.float32,
+) -> tuple[np.float32, np.float32]:
     """Return the least and largest nx u + ny v over a sphere's image; nx^2 + ny^2 = 1.
 
     These are the planes through the camera that touch it; inverse = 1 / (z^2 - radius^2).
@@ -29,7 +39,9 @@ def tangents(nx, ny, x, y, z, radius, inverse):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def capsule_box(ends, i, radius, u0, v0, step):  # type: ignore[no-untyped-def]
+def capsule_box(
+    ends: Floats, i: int, radius: np.float32, u0: np.float32, v0: np.float32, step: np.float32
+) -> tuple[np.float32, np.float32, np.float32, np.float32]:
     """Return the first and last row and column (top, bottom, left, right) of capsule i's image."""
     one, zero, square = np.float32(1.0), np.float32(0.0), radius * radius
     top, bottom, left, right = FAR, -FAR, FAR, -FAR
@@ -46,7 +58,15 @@ def capsule_box(ends, i, radius, u0, v0, step):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def capsule_window(ends, i, radius, size, u0, v0, step):  # type: ignore[no-untyped-def]
+def capsule_window(
+    ends: Floats,
+    i: int,
+    radius: np.float32,
+    size: int,
+    u0: np.float32,
+    v0: np.float32,
+    step: np.float32,
+) -> tuple[int, int, np.float32, np.float32]:
     """Return rows (r0, r1), half open, and columns (left, right) of capsule i's image on a tile.
 
     left > right where nothing of it is on the tile, or it is too near.
@@ -62,7 +82,9 @@ def capsule_window(ends, i, radius, size, u0, v0, step):  # type: ignore[no-unty
 
 
 @kernel
-def capsule_sides(ends, i, radius, u0, v0, step):  # type: ignore[no-untyped-def]
+def capsule_sides(
+    ends: Floats, i: int, radius: np.float32, u0: np.float32, v0: np.float32, step: np.float32
+) -> tuple[np.float32, np.float32, np.float32]:
     """Return (slope, low, high): row r of capsule i's image is within low..high + slope r."""
     one = np.float32(1.0)
     ax, ay, az = ends[i, 0, 0], ends[i, 0, 1], ends[i, 0, 2]
@@ -82,7 +104,15 @@ def capsule_sides(ends, i, radius, u0, v0, step):  # type: ignore[no-untyped-def
 
 
 @kernel
-def draw_capsule(ends, i, radius, depth, u0, v0, step):  # type: ignore[no-untyped-def]
+def draw_capsule(
+    ends: Floats,
+    i: int,
+    radius: np.float32,
+    depth: Floats,
+    u0: np.float32,
+    v0: np.float32,
+    step: np.float32,
+) -> tuple[int, int, int, int]:
     """Draw capsule i of ends (C, 2, 3) into depth (S, S), S a multiple of 8.
 
     A row is filled between the tangents along the capsule in blocks of 8 columns of constant trip
@@ -101,7 +131,20 @@ def draw_capsule(ends, i, radius, depth, u0, v0, step):  # type: ignore[no-untyp
 
 
 @kernel
-def fill_capsule(ends, i, radius, depth, r0, r1, left, right, sides, u0, v0, step):  # type: ignore[no-untyped-def]
+def fill_capsule(
+    ends: Floats,
+    i: int,
+    radius: np.float32,
+    depth: Floats,
+    r0: int,
+    r1: int,
+    left: np.float32,
+    right: np.float32,
+    sides: tuple[np.float32, ...],
+    u0: np.float32,
+    v0: np.float32,
+    step: np.float32,
+) -> None:
     """Draw rows r0..r1-1 of capsule i within columns left..right and its `capsule_sides`.
 
     All is relative to the unit axis through the first end; terms that do not depend on the column
@@ -147,7 +190,18 @@ def fill_capsule(ends, i, radius, depth, r0, r1, left, right, sides, u0, v0, ste
 
 
 @kernel
-def project(vertices, rotation, x0, y0, z0, u0, v0, step, size, work):  # type: ignore[no-untyped-def]
+def project(
+    vertices: Floats,
+    rotation: Floats,
+    x0: np.float32,
+    y0: np.float32,
+    z0: np.float32,
+    u0: np.float32,
+    v0: np.float32,
+    step: np.float32,
+    size: int,
+    work: Floats,
+) -> tuple[int, int, int, int]:
     """Write column, row and 1 / z of vertices (V, 3) into work; return their window."""
     inverse_step = np.float32(1.0) / step
     one, zero, last = np.float32(1.0), np.float32(0.0), np.float32(size - 1)
@@ -167,7 +221,19 @@ def project(vertices, rotation, x0, y0, z0, u0, v0, step, size, work):  # type: 
 
 
 @kernel
-def draw_mesh(vertices, faces, rotation, x0, y0, z0, depth, u0, v0, step, work):  # type: ignore[no-untyped-def]
+def draw_mesh(
+    vertices: Floats,
+    faces: NDArray[np.int32],
+    rotation: Floats,
+    x0: np.float32,
+    y0: np.float32,
+    z0: np.float32,
+    depth: Floats,
+    u0: np.float32,
+    v0: np.float32,
+    step: np.float32,
+    work: Floats,
+) -> tuple[int, int, int, int]:
     """Draw the front faces of a mesh at pose (rotation, (x0, y0, z0)) into depth (S, S).
 
     vertices (V, 3) [m], faces (F, 3), outward normals by the right-hand rule; work (>= V, 3).
