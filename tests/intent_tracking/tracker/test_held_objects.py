@@ -4,7 +4,8 @@ import pytest
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
-from intent_tracking.tracker.tracker import Tracker, TrackerConfig
+from intent_tracking.tracker.tracker import Tracker
+from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.workshop.figures.views import mismatched_hand, pour_sequence, rendered_frames
 
 

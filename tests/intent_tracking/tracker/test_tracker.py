@@ -4,7 +4,8 @@ import pytest
 from intent_perception.geometry.camera import KINECT, RgbdFrame
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.tracker.recording import follow
-from intent_tracking.tracker.tracker import Tracker, TrackerConfig
+from intent_tracking.tracker.tracker import Tracker
+from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.workshop.figures.benchmark_sr305 import data_folder, real_fit
 from intent_tracking.workshop.figures.benchmark_views import jittered, started, view_sequence
 

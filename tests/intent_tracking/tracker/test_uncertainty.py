@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from intent_tracking.scene.body_state import start_state
-from intent_tracking.scene.scene_state import HAND_SIZE
-from intent_tracking.tracker.scene_track import Fit
+from intent_tracking.scene.state_layout import HAND_SIZE
+from intent_tracking.tracker.problem import Fit
 from intent_tracking.tracker.uncertainty import COST_DEPTH, HAND_FLOOR, PARTS, state_deviation
 
 

@@ -27,7 +27,8 @@ from intent_tracking.grasp.grasp_features import (
     palm_center,
 )
 from intent_tracking.scene.hand_model import HandModel, Side
-from intent_tracking.scene.scene_state import HAND_SIZE, SceneState
+from intent_tracking.scene.scene_state import SceneState
+from intent_tracking.scene.state_layout import HAND_SIZE
 
 
 @dataclass(frozen=True)

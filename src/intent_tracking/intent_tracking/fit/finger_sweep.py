@@ -14,6 +14,7 @@ from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, new_hand_
 from intent_tracking.scene.object_kernel import ObjectArrays
 from intent_tracking.scene.posture_prior import Posture
 from intent_tracking.scene.raster import FAR, draw_capsule
+from intent_tracking.scene.state_layout import CAPSULES, JOINTS
 
 
 @kernel
@@ -68,9 +69,9 @@ def finger_cost(
     if finger > 0:
         e = state[base + 3] - np.float32(0.667) * state[base + 2]
         total += pull * e * e
-    for n in range(20):
+    for n in range(JOINTS):
         across = np.float32(0.0)
-        for m in range(20):
+        for m in range(JOINTS):
             across += posture.precision[n, m] * (state[6 + m] - posture.mean[m])
         total += unusual * across * (state[6 + n] - posture.mean[n])
     return total
@@ -161,7 +162,7 @@ def sweep_fingers(
     for finger in range(5):
         place_hand(hand, state, rotations[0], buffers)
         rest[:, :] = FAR
-        for i in range(24):
+        for i in range(CAPSULES):
             if i >= 15 or i // 3 != finger:
                 draw_capsule(buffers.ends, i, hand.radii[i], rest, seen.u0, seen.v0, seen.step)
         for row in range(size):

@@ -23,8 +23,8 @@ from intent_tracking.image.frame_evidence import Evidence, Weights
 from intent_tracking.scene.body_state import BodyState
 from intent_tracking.scene.hand_kernel import HandArrays, hand_arrays
 from intent_tracking.scene.hand_model import SHAPE_SIZE, HandModel, Side
+from intent_tracking.scene.state_layout import HAND_SIZE, JOINTS
 
-POSE = 26
 AVERAGE: Array = np.ones(SHAPE_SIZE)
 
 
@@ -106,11 +106,11 @@ class HandShapeEstimate:
             self._begin(hand.side)
         if self.complete or not self._config.calibrate:
             return False
-        matrix = np.empty((POSE + SHAPE_SIZE, POSE + SHAPE_SIZE), np.float32)
-        vector = np.empty(POSE + SHAPE_SIZE, np.float32)
+        matrix = np.empty((HAND_SIZE + SHAPE_SIZE, HAND_SIZE + SHAPE_SIZE), np.float32)
+        vector = np.empty(HAND_SIZE + SHAPE_SIZE, np.float32)
         shape_equations(
             arrays, shape_directions(hand.side, hand.shape), evidence, weights,
-            state.values[:POSE], state.rotations[0], matrix, vector,
+            state.values[:HAND_SIZE], state.rotations[0], matrix, vector,
         )  # fmt: skip
         information, right = _without_pose(matrix, vector, float(weights.angle))
         share = self._config.frame_weight / self._config.point_deviation**2
@@ -135,11 +135,11 @@ def _without_pose(matrix: Floats, vector: Floats, ridge: float) -> tuple[Array, 
     """Return the information (22, 22) and right side (22,) of the shape alone."""
     lower = np.tril(matrix.astype(np.float64))
     full = lower + np.tril(lower, -1).T
-    pose = full[:POSE, :POSE] + np.diag([1e-3] * 6 + [ridge] * 20)
-    cross, right = full[POSE:, :POSE], vector.astype(np.float64)
-    solved = np.linalg.solve(pose, np.column_stack([cross.T, right[:POSE]]))
-    information = full[POSE:, POSE:] - cross @ solved[:, :-1]
-    return information, right[POSE:] - cross @ solved[:, -1]
+    pose = full[:HAND_SIZE, :HAND_SIZE] + np.diag([1e-3] * 6 + [ridge] * JOINTS)
+    cross, right = full[HAND_SIZE:, :HAND_SIZE], vector.astype(np.float64)
+    solved = np.linalg.solve(pose, np.column_stack([cross.T, right[:HAND_SIZE]]))
+    information = full[HAND_SIZE:, HAND_SIZE:] - cross @ solved[:, :-1]
+    return information, right[HAND_SIZE:] - cross @ solved[:, -1]
 
 
 @cache

@@ -25,6 +25,7 @@ from intent_tracking.scene.hand_kernel import HandArrays
 from intent_tracking.scene.hand_model import FITTED_LIMITS, HandModel, Side
 from intent_tracking.scene.object_kernel import object_arrays
 from intent_tracking.scene.posture_prior import shipped_posture
+from intent_tracking.scene.state_layout import HAND_SIZE, JOINTS
 
 NO_OBJECTS = object_arrays([])
 _CURLS = ((5, 10, 15, 10), (5, 35, 40, 25), (3, 60, 70, 45))
@@ -184,10 +185,10 @@ def _starts(
     rotations = tilt @ along @ rotation_from_vector(about)
     middle = model.joint_positions(POSTURES).mean(axis=1)
     wrist = region.center + behind - np.einsum("ptij,pj->pti", rotations, middle)
-    postures = np.broadcast_to(POSTURES[:, None], (*shape, 20))
+    postures = np.broadcast_to(POSTURES[:, None], (*shape, JOINTS))
     values = np.concatenate([wrist, np.zeros((*shape, 3)), postures], axis=2)
     return (
-        values.reshape(-1, 26).astype(np.float32),
+        values.reshape(-1, HAND_SIZE).astype(np.float32),
         rotations.reshape(-1, 1, 3, 3).astype(np.float32),
     )
 
@@ -200,7 +201,7 @@ def _refine(
     rotations: Floats,
     iterations: int,
 ) -> Floats:
-    prior_state = np.zeros(26, np.float32)
+    prior_state = np.zeros(HAND_SIZE, np.float32)
     prior_state[6:] = POSTURES[1]
     none = np.zeros(0, np.float32)
     limits = np.ascontiguousarray(FITTED_LIMITS, dtype=np.float32)
@@ -208,7 +209,7 @@ def _refine(
         prior_state, np.eye(3, dtype=np.float32)[None], limits, shipped_posture(), none, none, none
     )
     costs = np.zeros(len(values), np.float32)
-    normals = np.zeros((len(values), 26, 26), np.float32)
+    normals = np.zeros((len(values), HAND_SIZE, HAND_SIZE), np.float32)
     refine(
         arrays, NO_OBJECTS, evidence, weights, prior, values, rotations, iterations, costs, normals
     )

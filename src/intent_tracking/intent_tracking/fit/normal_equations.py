@@ -34,6 +34,7 @@ from intent_tracking.fit.wrenches import (
 from intent_tracking.image.frame_evidence import Evidence, Prior, Weights
 from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, nearest_capsule, place_hand
 from intent_tracking.scene.object_kernel import ObjectArrays, distance_in_camera
+from intent_tracking.scene.state_layout import CAPSULES, HAND_SIZE, OBJECT_SIZE
 
 
 @kernel
@@ -98,7 +99,7 @@ def add_object_points(
     square, cost = weights.scale * weights.scale, np.float32(0.0)
     for n in range(evidence.object_points.shape[1]):
         k = evidence.object_owners[n]
-        offset = 26 + 6 * k
+        offset = HAND_SIZE + OBJECT_SIZE * k
         x = evidence.object_points[0, n] - state[offset]
         y = evidence.object_points[1, n] - state[offset + 1]
         z = evidence.object_points[2, n] - state[offset + 2]
@@ -106,7 +107,7 @@ def add_object_points(
         q = np.float32(1.0) + e * e / square
         cost += square * (np.float32(1.0) - np.float32(1.0) / q)
         w = np.float32(1.0) / (q * q)
-        add_wrench(bags[24 + k], -g[0], -g[1], -g[2], x, y, z, e, w)
+        add_wrench(bags[CAPSULES + k], -g[0], -g[1], -g[2], x, y, z, e, w)
     return cost
 
 
@@ -161,7 +162,7 @@ def add_hand_samples(
     square = weights.scale * weights.scale
     wide = np.float32(4.0) * square
     one, zero = np.float32(1.0), np.float32(0.0)
-    for i in range(24):
+    for i in range(CAPSULES):
         for s in range(3):
             if i < 15 and i % 3 != 0 and s == 0:
                 continue  # the joint was sampled as the end of the bone before
@@ -176,7 +177,7 @@ def add_hand_samples(
                 cost += w * wide * (one - one / q)
                 add_wrench(bags[i], g[0], g[1], g[2], hx, hy, hz, e, w / (q * q))
             for k in range(objects.surface.shape[0]):
-                offset = 26 + 6 * k
+                offset = HAND_SIZE + OBJECT_SIZE * k
                 x, y, z = cx - state[offset], cy - state[offset + 1], cz - state[offset + 2]
                 phi = distance_in_camera(objects, k, rotations[1 + k], x, y, z, g)
                 e = radius - phi - np.float32(0.001)
@@ -211,7 +212,7 @@ def add_object_samples(
     wide = np.float32(4.0) * weights.scale * weights.scale
     one = np.float32(1.0)
     for k in range(objects.surface.shape[0]):
-        offset, m = 26 + 6 * k, rotations[1 + k]
+        offset, m = HAND_SIZE + OBJECT_SIZE * k, rotations[1 + k]
         for n in range(objects.surface.shape[1]):
             u, v, w = objects.surface[k, n, 0], objects.surface[k, n, 1], objects.surface[k, n, 2]
             x = m[0, 0] * u + m[0, 1] * v + m[0, 2] * w
@@ -229,7 +230,7 @@ def add_object_samples(
             if weight > np.float32(0.0):
                 q = one + e * e / wide
                 cost += weight * wide * (one - one / q)
-                add_wrench(bags[24 + k], g[0], g[1], g[2], x, y, z, e, weight / (q * q))
+                add_wrench(bags[CAPSULES + k], g[0], g[1], g[2], x, y, z, e, weight / (q * q))
     return cost
 
 
@@ -268,5 +269,5 @@ def linearize(
     cost += add_object_samples(objects, evidence, weights, state, rotations, bags, g)
     empty_hand(bags, buffers, state, normal, gradient)
     for k in range(rotations.shape[0] - 1):
-        empty_bag(bags[24 + k], 26 + 6 * k, normal, gradient)
+        empty_bag(bags[CAPSULES + k], HAND_SIZE + OBJECT_SIZE * k, normal, gradient)
     return cost + add_priors(weights, prior, state, rotations, normal, gradient)

@@ -32,6 +32,7 @@ from intent_tracking.scene.hand_kernel import (
 )
 from intent_tracking.scene.object_kernel import ObjectArrays, off_grid, signed_distance
 from intent_tracking.scene.raster import FAR, draw_capsule, draw_mesh
+from intent_tracking.scene.state_layout import CAPSULES, HAND_SIZE, OBJECT_SIZE
 
 SKIN_WEIGHT = np.float32(20.0)
 KINEMATIC_WEIGHT = np.float32(10.0)
@@ -167,7 +168,7 @@ def penetration(
     """Return how deep samples of capsules first..last-1 lie inside the objects, summed [m]."""
     total = np.float32(0.0)
     for k in range(objects.surface.shape[0]):
-        r, o = rotations[1 + k], 26 + 6 * k
+        r, o = rotations[1 + k], HAND_SIZE + OBJECT_SIZE * k
         for i in range(first, last):
             for s in range(3):
                 t = np.float32(s) * np.float32(0.5)
@@ -214,7 +215,7 @@ def draw_objects(
     """Draw the K objects of a state into depth (S, S); return the window as `draw_mesh` does."""
     r0, r1, c0, c1 = depth.shape[0], 0, depth.shape[0], 0
     for k in range(objects.surface.shape[0]):
-        o = 26 + 6 * k
+        o = HAND_SIZE + OBJECT_SIZE * k
         vertices = objects.vertices[objects.vertex_start[k] : objects.vertex_start[k + 1]]
         faces = objects.faces[objects.face_start[k] : objects.face_start[k + 1]]
         a, b, c, d = draw_mesh(
@@ -239,7 +240,7 @@ def rendered_cost(
     work = np.empty((max(objects.vertices.shape[0], 1), 3), np.float32)
     hand_depth, thing_depth = np.full((size, size), FAR), np.full((size, size), FAR)
     place_hand(hand, state, rotations[0], buffers)
-    for i in range(24):
+    for i in range(CAPSULES):
         draw_capsule(buffers.ends, i, hand.radii[i], hand_depth, seen.u0, seen.v0, seen.step)
     draw_objects(objects, state, rotations, seen, thing_depth, work)
     total, own, area = np.float32(0.0), np.float32(0.0), np.float32(0.0)
@@ -258,7 +259,7 @@ def rendered_cost(
                 own += cost * seen.sure[row, j]
                 area += seen.valid[row, j] * seen.sure[row, j]
     gradient = np.empty(3, np.float32)
-    inside = penetration(hand, buffers, objects, state, rotations, 0, 24, gradient)
+    inside = penetration(hand, buffers, objects, state, rotations, 0, CAPSULES, gradient)
     return total + PENETRATION_WEIGHT * inside, own / area if area > np.float32(
         30.0
     ) else np.float32(1.0)
@@ -312,7 +313,7 @@ def forth_costs(
         turn_bodies(state, base, rotations)
         place_hand(hand, state, rotations[0], buffers)
         r0, r1, c0, c1 = size, 0, size, 0
-        for i in range(24):
+        for i in range(CAPSULES):
             a, b, c, d = draw_capsule(
                 buffers.ends, i, hand.radii[i], hand_depth, seen.u0, seen.v0, seen.step
             )
@@ -321,6 +322,6 @@ def forth_costs(
         drawn = forth_sums(hand_depth, thing_depth, seen, r0, r1, c0, c1)
         complete_sums(drawn, above, r0, r1, c0, c1, sums)
         hand_depth[r0:r1] = FAR
-        inside = penetration(hand, buffers, objects, state, rotations, 0, 24, gradient)
+        inside = penetration(hand, buffers, objects, state, rotations, 0, CAPSULES, gradient)
         costs[p] = forth_cost(sums) + KINEMATIC_WEIGHT * finger_crossing(state)
         costs[p] += FORTH_PENETRATION_WEIGHT * inside

@@ -6,6 +6,7 @@ from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
 from intent_tracking.image.frame_evidence import Prior, Weights
 from intent_tracking.scene.posture_prior import Posture
+from intent_tracking.scene.state_layout import HAND_SIZE, JOINTS, OBJECT_SIZE
 
 
 @kernel
@@ -44,9 +45,9 @@ def add_posture(
 ) -> np.float32:
     """Add w times the squared Mahalanobis distance of the joint angles; return its cost."""
     cost = np.float32(0.0)
-    for n in range(20):
+    for n in range(JOINTS):
         pull = np.float32(0.0)
-        for m in range(20):
+        for m in range(JOINTS):
             pull += posture.precision[n, m] * (state[6 + m] - posture.mean[m])
         for m in range(n + 1):
             normal[6 + n, 6 + m] += w * posture.precision[n, m]
@@ -67,7 +68,7 @@ def add_priors(
     """Add limits, prediction, couplings, posture and object predictions; return their cost."""
     cost = np.float32(0.0)
     zero, half = np.float32(0.0), np.float32(0.5)
-    for n in range(20):
+    for n in range(JOINTS):
         i = 6 + n
         cost += add_single(normal, gradient, i, state[i] - prior.state[i], weights.angle)
         e = min(state[i] - prior.limits[n, 0], zero) + max(state[i] - prior.limits[n, 1], zero)
@@ -85,7 +86,7 @@ def add_priors(
     for i in range(3):
         cost += add_single(normal, gradient, i, state[i] - prior.state[i], weights.hand_place)
     for k in range(rotations.shape[0] - 1):
-        offset, m, p = 26 + 6 * k, rotations[1 + k], prior.rotations[1 + k]
+        offset, m, p = HAND_SIZE + OBJECT_SIZE * k, rotations[1 + k], prior.rotations[1 + k]
         for i in range(offset, offset + 3):
             cost += add_single(normal, gradient, i, state[i] - prior.state[i], prior.place[k])
         for i in range(3):  # half the skew part of m p^T: the small rotation since the prediction

@@ -11,6 +11,7 @@ from intent_tracking.fit.wrenches import WRENCH
 from intent_tracking.image.frame_evidence import Evidence, Prior, Weights
 from intent_tracking.scene.hand_kernel import HandArrays, new_hand_buffers, turn
 from intent_tracking.scene.object_kernel import ObjectArrays
+from intent_tracking.scene.state_layout import CAPSULES, JOINTS
 
 
 @kernel
@@ -54,7 +55,7 @@ def apply_step(
     """Write state and rotations after a step; angles stay within their limits."""
     for i in range(state.shape[0]):
         new_state[i] = state[i] + step[i]
-    for n in range(20):
+    for n in range(JOINTS):
         new_state[6 + n] = min(max(new_state[6 + n], limits[n, 0]), limits[n, 1])
     for body in range(rotations.shape[0]):
         offset = 3 if body == 0 else 23 + 6 * body
@@ -96,8 +97,8 @@ def refine(
     trial_normal = np.empty((size, size), np.float32)
     gradient, trial_gradient = np.empty(size, np.float32), np.empty(size, np.float32)
     lower, step = np.zeros((size, size), np.float32), np.zeros(size, np.float32)
-    row, index = np.empty(20, np.float32), np.empty(20, np.int64)
-    bags = np.empty((24 + rotations.shape[1] - 1, WRENCH), np.float32)
+    row, index = np.empty(JOINTS, np.float32), np.empty(JOINTS, np.int64)
+    bags = np.empty((CAPSULES + rotations.shape[1] - 1, WRENCH), np.float32)
     g = np.empty(3, np.float32)
     trial, trial_rotations = np.empty_like(states[0]), np.empty_like(rotations[0])
     for b in range(states.shape[0]):

@@ -23,6 +23,7 @@ from intent_tracking.scene.hand_kernel import (
     new_hand_buffers,
     place_hand,
 )
+from intent_tracking.scene.state_layout import CAPSULES, HAND_SIZE, JOINTS
 
 
 class ShapeDirections(NamedTuple):
@@ -78,7 +79,7 @@ def fill_row(
         full[index[p]] = row[p]
     for k in range(slopes.shape[0]):
         a, b = slopes[k, i, 0], slopes[k, i, 1]
-        full[26 + k] = (
+        full[HAND_SIZE + k] = (
             gx * (a[0] + t * (b[0] - a[0]))
             + gy * (a[1] + t * (b[1] - a[1]))
             + gz * (a[2] + t * (b[2] - a[2]))
@@ -101,7 +102,7 @@ def add_points(
     """Add observed points against the nearest capsule, those on sides that the camera sees."""
     points = evidence.hand_points
     work = np.empty((2, max(points.shape[1], 1)), np.float32)
-    row, index = np.empty(20, np.float32), np.empty(20, np.int64)
+    row, index = np.empty(JOINTS, np.float32), np.empty(JOINTS, np.int64)
     square, one, zero = weights.scale * weights.scale, np.float32(1.0), np.float32(0.0)
     nearest_capsule(points, buffers.ends, hand.radii, work[0], work[1])
     for n in range(points.shape[1]):
@@ -120,7 +121,7 @@ def add_points(
             q = one + e * e / square
             fill_row(buffers, state, slopes, i, t, cx, cy, cz, -x, -y, -z, row, index, full)
             for k in range(22):
-                full[26 + k] -= thicker[k, i]
+                full[HAND_SIZE + k] -= thicker[k, i]
             add_dense(matrix, vector, full, e, one / (q * q))
 
 
@@ -138,10 +139,10 @@ def add_samples(
     full: Floats,
 ) -> None:
     """Add silhouette and depth order of three samples per capsule."""
-    row, index = np.empty(20, np.float32), np.empty(20, np.int64)
+    row, index = np.empty(JOINTS, np.float32), np.empty(JOINTS, np.int64)
     g = np.empty(3, np.float32)
     wide = np.float32(4.0) * weights.scale * weights.scale
-    for i in range(24):
+    for i in range(CAPSULES):
         for s in range(3):
             t = np.float32(s) * np.float32(0.5)
             a, b = buffers.ends[i, 0], buffers.ends[i, 1]
@@ -153,7 +154,7 @@ def add_samples(
                 fill_row(buffers, state, slopes, i, t, x, y, z, g[0], g[1], g[2], row, index, full)
                 if g[2] < np.float32(0.0):  # the surface, not the axis, stands in front
                     for k in range(22):
-                        full[26 + k] += thicker[k, i]
+                        full[HAND_SIZE + k] += thicker[k, i]
                 add_dense(matrix, vector, full, e, w / (q * q))
 
 
@@ -185,7 +186,7 @@ def shape_equations(
     buffers, moved = new_hand_buffers(), new_hand_buffers()
     local = state.copy()
     local[:3] = np.float32(0.0)
-    slopes = np.empty((22, 24, 2, 3), np.float32)
+    slopes = np.empty((22, CAPSULES, 2, 3), np.float32)
     for k in range(22):
         change = HandArrays(
             hand.rotations, directions.translations[k], directions.ends[k], directions.radii[k],

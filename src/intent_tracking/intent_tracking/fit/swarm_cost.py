@@ -31,6 +31,7 @@ from intent_tracking.scene.inverse_depth import (
 )
 from intent_tracking.scene.object_kernel import ObjectArrays, signed_distance
 from intent_tracking.scene.raster import FAR
+from intent_tracking.scene.state_layout import CAPSULES, HAND_SIZE, OBJECT_SIZE
 
 
 @kernel
@@ -63,13 +64,13 @@ def near_penetration(
     total, zero, half = np.float32(0.0), np.float32(0.0), np.float32(0.5)
     grid, ends = objects.grid, buffers.ends
     for k in range(objects.surface.shape[0]):
-        r, o = rotations[1 + k], 26 + 6 * k
+        r, o = rotations[1 + k], HAND_SIZE + OBJECT_SIZE * k
         x0, y0, z0 = state[o], state[o + 1], state[o + 2]
         scale, start = objects.grid_scale[k], objects.grid_start[k]
         nx, ny, nz = objects.grid_shape[k, 0], objects.grid_shape[k, 1], objects.grid_shape[k, 2]
         ox, oy, oz = objects.grid_origin[k, 0], objects.grid_origin[k, 1], objects.grid_origin[k, 2]
         diagonal = np.float32(math.sqrt(3.0)) / scale
-        for i in range(24):
+        for i in range(CAPSULES):
             reach = hand.radii[i] - np.float32(0.001)
             ax, ay, az = grid_place(
                 objects, k, r, ends[i, 0, 0] - x0, ends[i, 0, 1] - y0, ends[i, 0, 2] - z0
@@ -163,7 +164,7 @@ def joint_costs(
         r0, r1, c0, c1 = draw_meshes(
             meshes, state, rotations, thing_image, seen.u0, seen.v0, seen.step, work, chosen
         )
-        for i in range(24):
+        for i in range(CAPSULES):
             a, b, c, d = draw_capsule(
                 buffers.ends, i, hand.radii[i], hand_image, seen.u0, seen.v0, seen.step
             )

@@ -13,6 +13,7 @@ import numpy as np
 from intent_perception.basics.arrays import Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_tracking.scene.hand_kernel import HandBuffers
+from intent_tracking.scene.state_layout import CAPSULES, FINGER_CAPSULES
 
 WRENCH = 27
 """21 of the symmetric matrix (lower triangle, row by row), 6 of the vector."""
@@ -92,7 +93,7 @@ def empty_hand(
     """Add the bags (24, 27) of all capsules, gathered about the wrist, to the hand's unknowns."""
     whole, beyond = np.zeros(WRENCH, np.float32), np.zeros(WRENCH, np.float32)
     screws, image = np.zeros((4, 6), np.float32), np.zeros(6, np.float32)
-    for i in range(15, 24):
+    for i in range(FINGER_CAPSULES, CAPSULES):
         whole += bags[i]
     for finger in range(5):
         beyond[:] = np.float32(0.0)

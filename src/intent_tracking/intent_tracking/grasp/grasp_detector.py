@@ -28,7 +28,8 @@ from intent_tracking.grasp.grasp_features import (
 )
 from intent_tracking.scene.hand_model import FINGERS, HandModel, Side
 from intent_tracking.scene.joint_table import JointTable
-from intent_tracking.scene.scene_state import HAND_SIZE, OBJECT_SIZE, SceneState
+from intent_tracking.scene.scene_state import SceneState
+from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE
 
 _NANO = 1e-9
 _PALM = len(FINGERS)

@@ -21,7 +21,8 @@ from intent_perception.ros.node import (
 )
 from intent_tracking.fit.hand_shape import save_shape
 from intent_tracking.ros.convert import hand_markers, joints_to_msg, scene_transforms, state_to_msg
-from intent_tracking.tracker.tracker import Tracker, TrackerConfig
+from intent_tracking.tracker.tracker import Tracker
+from intent_tracking.tracker.tracker_config import TrackerConfig
 
 
 class TrackerNode(IntentNode):

@@ -13,7 +13,7 @@ from intent_perception.geometry.transforms import (
     vector_from_pose,
     vector_from_rotation,
 )
-from intent_tracking.scene.scene_state import HAND_SIZE, OBJECT_SIZE
+from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE, state_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ class BodyState:
 def start_state(object_poses: list[Array]) -> BodyState:
     """Return a state with objects at poses (4, 4) in the camera's frame and the hand far away."""
     count = len(object_poses)
-    values = np.zeros(HAND_SIZE + OBJECT_SIZE * count, np.float32)
+    values = np.zeros(state_size(count), np.float32)
     values[2] = 50.0  # no ray meets a hand there
     rotations = np.tile(np.eye(3, dtype=np.float32), (1 + count, 1, 1))
     state = BodyState(values, rotations)

@@ -9,10 +9,8 @@ from intent_perception.basics.arrays import Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.transforms import rotation_between
 from intent_tracking.scene.hand_model import HandModel
+from intent_tracking.scene.state_layout import CAPSULES, FINGER_CAPSULES, JOINTS
 
-CAPSULES = 24
-FINGER_CAPSULES = 15
-JOINTS = 20
 LANDMARKS = 21
 
 
@@ -82,9 +80,9 @@ def hand_buffers() -> HandBuffers:
 def new_hand_buffers() -> HandBuffers:
     """Return `HandBuffers` inside compiled code."""
     return HandBuffers(
-        np.zeros((24, 2, 3), np.float32),
-        np.zeros((20, 3), np.float32),
-        np.zeros((20, 3), np.float32),
+        np.zeros((CAPSULES, 2, 3), np.float32),
+        np.zeros((JOINTS, 3), np.float32),
+        np.zeros((JOINTS, 3), np.float32),
         np.zeros((21, 3), np.float32),
     )
 
@@ -119,7 +117,7 @@ def place_hand(hand: HandArrays, state: Floats, rotation: Floats, out: HandBuffe
     px, py, pz = state[0], state[1], state[2]
     landmarks = out.landmarks
     landmarks[0, 0], landmarks[0, 1], landmarks[0, 2] = px, py, pz
-    for i in range(15, 24):
+    for i in range(FINGER_CAPSULES, CAPSULES):
         for e in range(2):
             x, y, z = hand.ends[i, e, 0], hand.ends[i, e, 1], hand.ends[i, e, 2]
             for j in range(3):

@@ -20,6 +20,7 @@ from intent_tracking.scene.joint_table import (
     mirrored,
     placed_capsules,
 )
+from intent_tracking.scene.state_layout import CAPSULES
 
 Side = Literal["right", "left"]
 FINGERS = ("thumb", "index", "middle", "ring", "little")
@@ -225,7 +226,7 @@ def _origin(finger: int, level: int, base: Array, lengths: Array) -> Array:
 def _capsules(model: HandModel, bases: Array, lengths: Array) -> Capsules:
     """Return 15 finger capsules (thumb to little, proximal to distal), then 9 of the palm."""
     radii = _RADII * model.scale * model.thickness
-    ends = np.zeros((24, 2, 3))
+    ends = np.zeros((CAPSULES, 2, 3))
     ends[:15, 1, 0] = lengths.ravel()
     ends[2:15:3, 1, 0] -= radii[:, 2]  # the tip landmark lies on the skin
     carpals = _CARPALS * model.scale * np.asarray(model.bone_scales)[1:, :1]

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from intent_perception.basics.arrays import Array, Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_tracking.scene.raster import FAR, NEAR, capsule_sides, capsule_window
+from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE
 
 LANES = 16  # of a triangle's row: fewer are unrolled one by one before they could be vectorised
 PADDING = LANES
@@ -290,7 +291,7 @@ def draw_meshes(
     size = image.shape[0]
     r0, r1, c0, c1 = size, 0, size, 0
     for k in range(len(meshes.face_start) - 1):
-        o, first, last = 26 + 6 * k, meshes.face_start[k], meshes.face_start[k + 1]
+        o, first, last = HAND_SIZE + OBJECT_SIZE * k, meshes.face_start[k], meshes.face_start[k + 1]
         x, y, z, rotation = state[o], state[o + 1], state[o + 2], rotations[1 + k]
         vertices = meshes.vertices[:, meshes.vertex_start[k] : meshes.vertex_start[k + 1]]
         planes, faces = meshes.planes[:, first:last], meshes.faces[first:last]

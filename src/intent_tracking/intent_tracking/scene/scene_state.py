@@ -7,9 +7,7 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import inverse, pose_from_vector
 from intent_tracking.scene.hand_model import HandModel, Side
-
-HAND_SIZE = 26
-OBJECT_SIZE = 6
+from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE, state_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +39,7 @@ class SceneState:
     objects_lost: tuple[bool, ...]
 
     def __post_init__(self) -> None:
-        expected = HAND_SIZE + OBJECT_SIZE * len(self.object_ids)
+        expected = state_size(len(self.object_ids))
         if self.state.shape != (expected,) or self.state_std.shape != (expected,):
             raise ValueError(
                 f"expected state and state_std of ({expected},) for {len(self.object_ids)} "

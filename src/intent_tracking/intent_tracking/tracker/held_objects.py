@@ -11,8 +11,9 @@ from intent_perception.geometry.transforms import inverse, rotation_angle
 from intent_tracking.image.labelling import OF_OBJECT
 from intent_tracking.scene.body_state import BodyState
 from intent_tracking.scene.hand_kernel import HandBuffers, place_hand
+from intent_tracking.tracker.hypothesis import Hypothesis
 from intent_tracking.tracker.object_life import ObjectLife, ObjectLifeConfig, hand_gap
-from intent_tracking.tracker.scene_track import Fit, SceneTrack, Ties, View
+from intent_tracking.tracker.problem import Fit, Problem, Ties
 
 
 def expected(guess: BodyState, lives: list[ObjectLife]) -> BodyState:
@@ -25,7 +26,7 @@ def expected(guess: BodyState, lives: list[ObjectLife]) -> BodyState:
     return guess
 
 
-def ties_of(lives: list[ObjectLife], active: list[int], config: ObjectLifeConfig) -> Ties:
+def ties_of(lives: list[ObjectLife], active: tuple[int, ...], config: ObjectLifeConfig) -> Ties:
     """Return what the fit expects of the active objects."""
     values = np.array([lives[k].ties(config) for k in active], np.float32)
     touch, place, turn = values.reshape(-1, 3).T
@@ -33,24 +34,20 @@ def ties_of(lives: list[ObjectLife], active: list[int], config: ObjectLifeConfig
 
 
 def reconsidered(
-    track: SceneTrack,
-    lives: list[ObjectLife],
-    view: View,
-    fit: Fit,
-    active: list[int],
-    config: ObjectLifeConfig,
+    hypothesis: Hypothesis, problem: Problem, fit: Fit, config: ObjectLifeConfig
 ) -> Fit:
     """Return a fit with objects moved along or left behind where that explains the image better."""
+    track, lives = hypothesis.track, hypothesis.lives
     motion = fit.state.pose(0) @ inverse(track.state.pose(0))
-    for row, k in enumerate(active):
+    for row, k in enumerate(problem.active):
         if lives[k].gap > config.near:
             continue
         before = track.state.pose(1 + k)
         for pose in (motion @ before, before):
             if _apart(pose, fit.state.pose(1 + row), config):
-                ties = ties_of(lives, active, config)
+                ties = ties_of(lives, problem.active, config)
                 ties.place[row], ties.turn[row] = config.free_place, config.free_turn
-                fit = track.reconsidered(view, fit, row, pose, active, ties)
+                fit = track.reconsidered(problem, fit, row, pose, ties)
     return fit
 
 
@@ -61,20 +58,17 @@ def _apart(one: Array, other: Array, config: ObjectLifeConfig) -> bool:
 
 
 def note_objects(
-    track: SceneTrack,
-    lives: list[ObjectLife],
-    view: View,
-    active: list[int],
-    config: ObjectLifeConfig,
-    buffers: HandBuffers,
+    hypothesis: Hypothesis, problem: Problem, config: ObjectLifeConfig, buffers: HandBuffers
 ) -> None:
-    """Bring the record of every object up to date with the present state of a track."""
+    """Bring the record of every object up to date with the present state of the track."""
+    track = hypothesis.track
     place_hand(track.arrays, track.state.values, track.state.rotations[0], buffers)
-    for k, life in enumerate(lives):
+    for k, life in enumerate(hypothesis.lives):
         now = track.state.pose(1 + k)
         gap = hand_gap(buffers, track.arrays.radii, track.objects([k]), now)
         life.update(gap, track.before.pose(1 + k), now, config)
-        if k in active:
-            seen = int((view.pixels.label == OF_OBJECT + active.index(k)).sum())
+        if k in problem.active:
+            label = OF_OBJECT + problem.active.index(k)
+            seen = int((problem.view.pixels.label == label).sum())
             life.unseen = life.unseen + 1 if seen < 12 else 0
             life.hold(inverse(track.state.pose(0)) @ now, seen > 60, config)

@@ -7,7 +7,8 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_tracking.scene.hand_model import Side
 from intent_tracking.tracker.object_life import ObjectLife
-from intent_tracking.tracker.scene_track import Fit, SceneTrack
+from intent_tracking.tracker.problem import Fit
+from intent_tracking.tracker.scene_track import SceneTrack
 
 _USUAL_ROLL = np.radians(40.0)
 """Between the palm that looks down (0) and the thumb that points up (90 degrees)."""

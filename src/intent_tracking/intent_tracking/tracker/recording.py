@@ -15,7 +15,8 @@ from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects, Recognizer
 from intent_tracking.scene.scene_state import SceneState
-from intent_tracking.tracker.tracker import Tracker, TrackerConfig
+from intent_tracking.tracker.tracker import Tracker
+from intent_tracking.tracker.tracker_config import TrackerConfig
 
 
 @dataclass(frozen=True, eq=False)

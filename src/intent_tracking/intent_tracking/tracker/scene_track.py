@@ -1,8 +1,6 @@
 """One hypothesis of the scene followed over frames: a hand of one side and all objects."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,62 +12,25 @@ from intent_tracking.fit.objective import draw_objects, forth_costs, rendered_co
 from intent_tracking.fit.pso import minimise
 from intent_tracking.fit.refinement import refine
 from intent_tracking.fit.swarm_cost import joint_costs, sums_of_nothing
-from intent_tracking.image.appearance import HAND, AppearanceModel
-from intent_tracking.image.frame_evidence import Evidence, Labelled, Prior
+from intent_tracking.image.appearance import FIRST_OBJECT, HAND, AppearanceModel
+from intent_tracking.image.frame_evidence import Labelled, Prior
 from intent_tracking.image.labelling import (
     OF_HAND,
     OF_OBJECT,
     Bodies,
-    Pixels,
     evidence_of,
     label_pixels,
 )
 from intent_tracking.image.tile import Tile, covering_square, cut_tile
 from intent_tracking.scene.body_state import BodyState, predicted
 from intent_tracking.scene.hand_kernel import HandArrays, hand_buffers, place_hand, turn
-from intent_tracking.scene.hand_model import FITTED_LIMITS, HandModel
-from intent_tracking.scene.object_kernel import ObjectArrays
+from intent_tracking.scene.hand_model import HandModel
 from intent_tracking.scene.packed_objects import PackedObjects
 from intent_tracking.scene.posture_prior import shipped_posture, surprise
 from intent_tracking.scene.raster import FAR
-from intent_tracking.scene.scene_state import HAND_SIZE, OBJECT_SIZE
+from intent_tracking.scene.state_layout import HAND_SIZE, object_start
+from intent_tracking.tracker.problem import SINGLE_LIMITS, Fit, Problem, Surroundings, Ties, View
 from intent_tracking.tracker.track_config import TrackConfig
-
-__all__ = ["Fit", "PackedObjects", "SceneTrack", "Ties", "TrackConfig", "View", "coarser"]
-
-SINGLE_LIMITS = np.ascontiguousarray(FITTED_LIMITS, dtype=np.float32)
-
-
-class Ties(NamedTuple):
-    """What the fit expects of each active object, see `Prior`."""
-
-    touch: Floats
-    place: Floats
-    turn: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class View:
-    """One frame cut out and labelled for one prediction."""
-
-    tile: Tile
-    pixels: Pixels
-    evidence: Evidence
-    seen: Labelled
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """Hand and active objects after a frame."""
-
-    state: BodyState
-    """Of the hand and the active objects only."""
-    normal: Floats
-    """(D, D) normal matrix (lower triangle) in the order of the state."""
-    cost: float
-    """C per hand pixel, see `objective`."""
-    total: float
-    """C plus penetration, what decides between fits of one view."""
 
 
 class SceneTrack:
@@ -98,16 +59,24 @@ class SceneTrack:
         np.clip(guess.values[6:26], low, high, out=guess.values[6:26])
         return guess
 
-    def view(
+    def problem(
         self,
         frame: RgbdFrame,
         guess: BodyState,
-        active: list[int],
-        appearance: AppearanceModel,
-        table: Array | None,
+        active: tuple[int, ...],
+        ties: Ties,
+        around: Surroundings,
+        seed: int,
+    ) -> Problem:
+        """Return what a frame asks of this track next to a guess (hand and all objects)."""
+        view = self._view(frame, guess, active, around)
+        return Problem(view, guess, active, self.objects(list(active)), ties, seed)
+
+    def _view(
+        self, frame: RgbdFrame, guess: BodyState, active: tuple[int, ...], around: Surroundings
     ) -> View:
         """Cut out and label the surroundings of a guess (hand and all objects)."""
-        part = guess.chosen(active)
+        part = guess.chosen(list(active))
         place_hand(self.arrays, part.values, part.rotations[0], self.buffers)
         points = [self.buffers.ends.reshape(-1, 3).astype(np.float64)]
         for row, k in enumerate(active):
@@ -119,129 +88,126 @@ class SceneTrack:
         bodies = Bodies(
             self.arrays,
             self.buffers,
-            self.objects(active),
+            self.objects(list(active)),
             part.values,
             part.rotations,
-            tuple(active),
+            active,
         )
         rest_depth = self.drawn(resting, guess, tile)
-        pixels = label_pixels(tile, bodies, appearance, rest_depth, table, self.config.labelling)
+        pixels = label_pixels(
+            tile, bodies, around.appearance, rest_depth, around.table, self.config.labelling
+        )
         return View(tile, pixels, *evidence_of(tile, pixels, self.config.labelling))
 
-    def tried(self, view: View, guess: BodyState, active: list[int], ties: Ties, seed: int) -> Fit:
-        """Return the state of hand and active objects next to a guess, without looking around."""
-        start = guess.chosen(active)
-        prior = Prior(start.values, start.rotations, SINGLE_LIMITS, shipped_posture(), *ties)
-        return self._descended(start, view, prior, active, seed)
+    def tried(self, problem: Problem) -> Fit:
+        """Return the state of hand and active objects next to the guess, without looking around."""
+        start = problem.start
+        return self._descended(start, problem, problem.prior(start), problem.seed)
 
-    def fit(self, view: View, guess: BodyState, active: list[int], ties: Ties, seed: int) -> Fit:
-        """Return the best state of hand and active objects near a guess."""
-        config = self.config
-        start = guess.chosen(active)
-        prior = Prior(start.values, start.rotations, SINGLE_LIMITS, shipped_posture(), *ties)
+    def fit(self, problem: Problem) -> Fit:
+        """Return the best state of hand and active objects near the guess."""
+        config, seed = self.config, problem.seed
+        start = problem.start
+        prior = problem.prior(start)
         rng = np.random.default_rng([seed, 7])
         if config.swarm_only:
-            found = self._swarmed(
-                start, view, active, config.pso_particles, config.pso_generations, True, rng
-            )
-            return self._refined(found, view, prior, self.objects(active), 0)
-        best = self._descended(start, view, prior, active, seed)
+            size = config.pso_particles, config.pso_generations
+            return self._refined(self._swarmed(start, problem, size, True, rng), problem, prior, 0)
+        best = self._descended(start, problem, prior, seed)
         if best.cost > config.swarm_cost:  # the motion may have turned back
-            other = self._descended(self.state.chosen(active), view, prior, active, seed + 3)
+            stayed = self.state.chosen(list(problem.active))
+            other = self._descended(stayed, problem, prior, seed + 3)
             best = min(best, other, key=lambda fit: fit.total)
         if best.cost > config.swarm_cost and config.swarm_particles:
-            sizes = config.swarm_particles, config.swarm_generations
-            found = self._swarmed(best.state, view, active, *sizes, False, rng)
-            other = self._descended(found, view, prior, active, seed + 1)
+            size = config.swarm_particles, config.swarm_generations
+            found = self._swarmed(best.state, problem, size, False, rng)
+            other = self._descended(found, problem, prior, seed + 1)
             best = min(best, other, key=lambda fit: fit.total)
-        return self._slid(best, view, prior, active, seed)
+        return self._slid(best, problem, prior)
 
-    def _slid(self, fit: Fit, view: View, prior: Prior, active: list[int], seed: int) -> Fit:
+    def _slid(self, fit: Fit, problem: Problem, prior: Prior) -> Fit:
         """Return the fit, or another begun farther back or ahead along the hand if that is better.
 
         Seen edge-on and with the arm in a sleeve, that is where its place is least certain. A fit
         that is good tries one of these starts per frame, another tries all.
         """
-        config, objects = self.config, self.objects(active)
+        config, seed = self.config, problem.seed
         poor = fit.cost > config.swarm_cost
         slides = config.slides if poor else config.slides[seed % len(config.slides) :][:1]
         found = []
         for slide in slides:
             start = fit.state.copy()
             start.values[:3] += np.float32(slide) * start.rotations[0, :, 0]
-            near = self._refined(start, view, prior, objects, config.iterations, config.scale)
-            found.append(self._refined(near.state, view, prior, objects, config.polish_iterations))
+            near = self._refined(start, problem, prior, config.iterations, config.scale)
+            found.append(self._refined(near.state, problem, prior, config.polish_iterations))
         other = min(found, key=lambda fit: fit.total)
         if poor or other.total < fit.total + config.clear_gain:
-            other = self._descended(other.state, view, prior, active, seed + 2)
+            other = self._descended(other.state, problem, prior, seed + 2)
         return min(fit, other, key=lambda fit: fit.total)
 
-    def _descended(
-        self, start: BodyState, view: View, prior: Prior, active: list[int], seed: int
-    ) -> Fit:
+    def _descended(self, start: BodyState, problem: Problem, prior: Prior, seed: int) -> Fit:
         """Return a start refined on points, swept finger by finger, and refined again."""
-        config, objects = self.config, self.objects(active)
-        best = self._refined(start, view, prior, objects, config.iterations, config.scale)
-        fine = self._refined(best.state, view, prior, objects, config.polish_iterations)
+        config = self.config
+        best = self._refined(start, problem, prior, config.iterations, config.scale)
+        fine = self._refined(best.state, problem, prior, config.polish_iterations)
         best = min(best, fine, key=lambda fit: fit.total)
         if config.sweep_trials == 0:
             return best
         swept = best.state.copy()
         sweep_fingers(
-            self.arrays, objects, view.seen, swept.values, swept.rotations, prior.state,
-            prior.posture, SINGLE_LIMITS, config.sweep_trials, np.float32(config.sweep_pull),
-            np.float32(config.sweep_unusual), np.float32(config.sweep_spread), seed,
+            self.arrays, problem.objects, problem.view.seen, swept.values, swept.rotations,
+            prior.state, prior.posture, SINGLE_LIMITS, config.sweep_trials,
+            np.float32(config.sweep_pull), np.float32(config.sweep_unusual),
+            np.float32(config.sweep_spread), seed,
         )  # fmt: skip
         if np.array_equal(swept.values, best.state.values):
             return best
         prior = prior._replace(state=swept.values.copy(), rotations=swept.rotations.copy())
-        polished = self._refined(swept, view, prior, objects, config.polish_iterations)
-        total, cost = self._rendered(swept, view, objects)
+        polished = self._refined(swept, problem, prior, config.polish_iterations)
+        total, cost = self._rendered(swept, problem)
         return min(best, polished, Fit(swept, best.normal, cost, total), key=lambda fit: fit.total)
 
-    def reconsidered(
-        self, view: View, fit: Fit, row: int, pose: Array, active: list[int], ties: Ties
-    ) -> Fit:
+    def reconsidered(self, problem: Problem, fit: Fit, row: int, pose: Array, ties: Ties) -> Fit:
         """Return the fit with one active object begun anew from a pose (4, 4), if better."""
         start = fit.state.with_object(row, pose)
-        prior = Prior(start.values, start.rotations, SINGLE_LIMITS, shipped_posture(), *ties)
         steps = self.config.polish_iterations
-        rival = self._refined(start, view, prior, self.objects(active), steps)
+        rival = self._refined(start, problem, problem.prior(start, ties), steps)
         return rival if rival.total < fit.total - self.config.clear_gain else fit
 
     def _swarmed(
         self,
         start: BodyState,
-        view: View,
-        active: list[int],
-        particles: int,
-        generations: int,
+        problem: Problem,
+        size: tuple[int, int],
         move_objects: bool,
         rng: np.random.Generator,
     ) -> BodyState:
-        """Return the best of a particle swarm on the published cost around a start."""
-        config = self.config
-        seen = coarser(view.seen, config.swarm_size)
-        cost = self._rating(start, seen, active, move_objects)
+        """Return the best of a swarm on the published cost around a start.
+
+        `size`: particles and generations.
+        """
+        config, active = self.config, problem.active
+        cost = self._rating(start, problem, move_objects)
         spread = np.zeros(len(start.values), np.float32)
         spread[:HAND_SIZE] = config.swarm_spread
         if move_objects:
             spread[HAND_SIZE:] = np.tile([0.006] * 3 + [0.05] * 3, len(active))
         bounds = np.stack([start.values - 10.0, start.values + 10.0], axis=1)
         bounds[6:HAND_SIZE] = SINGLE_LIMITS
-        swarm = minimise(cost, start.values, spread, bounds, particles, generations, rng)
+        swarm = minimise(cost, start.values, spread, bounds, *size, rng)
         found = BodyState(swarm.best.copy(), start.rotations.copy())
         for body in range(1 + len(active)):
-            offset = 3 if body == 0 else 23 + OBJECT_SIZE * body
+            offset = 3 if body == 0 else object_start(body - 1) + 3
             turn(*swarm.best[offset : offset + 3], start.rotations[body], found.rotations[body])
             found.values[offset : offset + 3] = 0.0
         return found
 
     def _rating(
-        self, start: BodyState, seen: Labelled, active: list[int], move_objects: bool
+        self, start: BodyState, problem: Problem, move_objects: bool
     ) -> Callable[[Floats], Floats]:
         """Return the published cost (P,) of states (P, D) around a start."""
-        hand, objects, base = self.arrays, self.objects(active), start.rotations
+        hand, objects, base = self.arrays, problem.objects, start.rotations
+        seen = coarser(problem.view.seen, self.config.swarm_size)
 
         def of_hand(states: Floats) -> Floats:
             costs = np.empty(len(states), np.float32)
@@ -250,7 +216,8 @@ class SceneTrack:
 
         if not move_objects:
             return of_hand
-        meshes, above = self.objects.coarse_meshes(active), sums_of_nothing(seen)
+        meshes = self.objects.coarse_meshes(list(problem.active))
+        above = sums_of_nothing(seen)
 
         def of_all(states: Floats) -> Floats:
             costs = np.empty(len(states), np.float32)
@@ -259,19 +226,19 @@ class SceneTrack:
 
         return of_all
 
-    def accept(self, guess: BodyState, active: list[int], fit: Fit) -> None:
+    def accept(self, problem: Problem, fit: Fit) -> None:
         """Make a fit the present state."""
         self.before = self.state
-        self.state = guess.replaced(active, fit.state)
+        self.state = problem.guess.replaced(list(problem.active), fit.state)
         self.cost = fit.cost
 
-    def learn(self, view: View, active: list[int], appearance: AppearanceModel) -> None:
+    def learn(self, problem: Problem, appearance: AppearanceModel) -> None:
         """Adapt the colours of hand and active objects to the labelled pixels."""
-        pixels = view.pixels
+        pixels = problem.view.pixels
         hand = (pixels.label == OF_HAND) & (pixels.hand_gap < 0.006)
         appearance.learn(HAND, pixels.bins[hand])
-        for row, k in enumerate(active):
-            appearance.learn(2 + k, pixels.bins[pixels.label == OF_OBJECT + row])
+        for row, k in enumerate(problem.active):
+            appearance.learn(FIRST_OBJECT + k, pixels.bins[pixels.label == OF_OBJECT + row])
 
     def drawn(self, chosen: list[int], state: BodyState, tile: Tile) -> Floats:
         """Return the z-buffer (S, S) of chosen objects on a tile [m]."""
@@ -295,9 +262,8 @@ class SceneTrack:
     def _refined(
         self,
         start: BodyState,
-        view: View,
+        problem: Problem,
         prior: Prior,
-        objects: ObjectArrays,
         iterations: int,
         scale: float | None = None,
     ) -> Fit:
@@ -309,15 +275,18 @@ class SceneTrack:
         costs = np.zeros(1, np.float32)
         normals = np.zeros((1, len(start.values), len(start.values)), np.float32)
         refine(
-            self.arrays, objects, view.evidence, weights._replace(scale=np.float32(scale)), prior,
-            values, rotations, iterations, costs, normals,
+            self.arrays, problem.objects, problem.view.evidence,
+            weights._replace(scale=np.float32(scale)), prior, values, rotations, iterations, costs,
+            normals,
         )  # fmt: skip
         state = BodyState(values[0], rotations[0])
-        total, cost = self._rendered(state, view, objects)
+        total, cost = self._rendered(state, problem)
         return Fit(state, normals[0], cost, total)
 
-    def _rendered(self, state: BodyState, view: View, objects: ObjectArrays) -> tuple[float, float]:
-        total, cost = rendered_cost(self.arrays, objects, view.seen, state.values, state.rotations)
+    def _rendered(self, state: BodyState, problem: Problem) -> tuple[float, float]:
+        total, cost = rendered_cost(
+            self.arrays, problem.objects, problem.view.seen, state.values, state.rotations
+        )
         unusual = self.config.sweep_unusual * surprise(shipped_posture(), state.values[6:HAND_SIZE])
         return float(total) + unusual, float(cost)
 

@@ -13,7 +13,7 @@ import numpy as np
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.fit.hand_shape import HandShapeConfig, save_shape
 from intent_tracking.tracker.recording import track_bag
-from intent_tracking.tracker.tracker import TrackerConfig
+from intent_tracking.tracker.tracker_config import TrackerConfig
 
 
 def main(arguments: list[str] | None = None) -> int:

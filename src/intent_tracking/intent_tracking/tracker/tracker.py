@@ -11,29 +11,29 @@ from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.fit.hand_shape import HandShapeEstimate, shaped_hand
-from intent_tracking.fit.initialisation import Candidate, candidates, region_evidence
-from intent_tracking.hands.hand_detection import (
-    background_pixels,
-    coarse_tile,
-    find_hand,
-    hand_pixels,
-)
-from intent_tracking.image.appearance import BACKGROUND, FIRST_OBJECT, AppearanceModel, color_bins
+from intent_tracking.fit.initialisation import Candidate
+from intent_tracking.image.appearance import AppearanceModel
 from intent_tracking.image.labelling import OF_HAND
-from intent_tracking.image.tile import Tile, covering_square, cut_tile
 from intent_tracking.scene.body_state import BodyState, start_state
 from intent_tracking.scene.hand_kernel import hand_buffers
 from intent_tracking.scene.hand_model import HandModel, Side
 from intent_tracking.scene.object_kernel import geometry_of
-from intent_tracking.scene.scene_state import HAND_SIZE, SceneState
+from intent_tracking.scene.packed_objects import PackedObjects
+from intent_tracking.scene.scene_state import SceneState
+from intent_tracking.scene.state_layout import HAND_SIZE
+from intent_tracking.tracker.hand_finder import HandFinder, Search
 from intent_tracking.tracker.held_objects import expected, note_objects, reconsidered, ties_of
 from intent_tracking.tracker.hypothesis import Hypothesis, unusual_roll
 from intent_tracking.tracker.object_life import ObjectLife
-from intent_tracking.tracker.scene_track import Fit, PackedObjects, SceneTrack, View
+from intent_tracking.tracker.problem import Fit, Problem, Surroundings
+from intent_tracking.tracker.scene_track import SceneTrack
 from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.tracker.uncertainty import state_deviation
 
-__all__ = ["Tracker", "TrackerConfig"]
+_SMOOTHING = 0.25
+"""Share of the newest frame in the smoothed cost: about four frames judge a hand."""
+_WORTH_A_TRIAL = 0.25
+"""Starts this much worse than the best are not followed: a wrong side costs less at first."""
 
 
 class Tracker:
@@ -68,28 +68,36 @@ class Tracker:
         if unknown:
             raise ValueError(f"expected objects of the tracker's database, got {unknown}")
         self._objects = objects
-        self._T_table_camera = np.asarray(objects.T_table_camera, dtype=np.float64)
-        T_camera_table = inverse(self._T_table_camera)
-        normal = T_camera_table[:3, 2]
-        plane = np.concatenate([normal, [-normal @ T_camera_table[:3, 3]]])
-        self._table = plane if self.config.table else None
-        chosen = [self._models[o.model] for o in objects.objects]
-        self._packed = PackedObjects([geometry_of(model) for model in chosen])
-        self._appearance = AppearanceModel([model.color for model in chosen])
+        self._around = self._surroundings(objects)
+        T_camera_table = inverse(self._around.T_table_camera)
         poses = [T_camera_table @ o.T_table_object for o in objects.objects]
-        self._scenery = SceneTrack(
-            self._hands["right"], start_state(poses), self._packed, self._track_config
+        track = SceneTrack(
+            self._hands["right"], start_state(poses), self._around.objects, self._track_config
         )
-        self._scenery_lives = [ObjectLife(pose) for pose in poses]
+        self._still_life = Hypothesis(track, [ObjectLife(pose) for pose in poses], 0.0)
+        self._finder = HandFinder(self.config, self._around)
         self._hypotheses: list[Hypothesis] = []
         self._side: Side | None = None
         self._place: Floats | None = None
         self._frames = 0
         self._buffers = hand_buffers()
 
+    def _surroundings(self, objects: RecognizedObjects) -> Surroundings:
+        T_table_camera = np.asarray(objects.T_table_camera, dtype=np.float64)
+        T_camera_table = inverse(T_table_camera)
+        normal = T_camera_table[:3, 2]
+        plane = np.concatenate([normal, [-normal @ T_camera_table[:3, 3]]])
+        chosen = [self._models[o.model] for o in objects.objects]
+        return Surroundings(
+            PackedObjects([geometry_of(model) for model in chosen]),
+            AppearanceModel([model.color for model in chosen]),
+            plane if self.config.table else None,
+            T_table_camera,
+        )
+
     def place_hand(self, side: Side, T_camera_hand: Array, joints: Array) -> None:
         """Start from a known hand pose instead of searching for one."""
-        state = self._scenery.state.with_hand(T_camera_hand, joints)
+        state = self._still_life.track.state.with_hand(T_camera_hand, joints)
         self._hypotheses = [self._hypothesis(side, state, 0.2)]
         self._side, self._place = side, state.values[:3]
 
@@ -102,9 +110,7 @@ class Tracker:
         if self._objects is None:
             raise ValueError("expected Tracker.start before Tracker.step")
         if self._frames == 0:
-            self._still = coarse_tile(frame, self.config.detection.size).depth
-            self._appearance.blind = not np.any(np.ptp(frame.color[::4, ::4], axis=2) > 4)
-            self._learn_objects(frame)
+            self._finder.begin(frame, self._still_life.track)
         for hypothesis in self._hypotheses:
             self._follow(hypothesis, frame)
         self._hypotheses = [h for h in self._hypotheses if self._alive(h)]
@@ -119,44 +125,49 @@ class Tracker:
 
     def _follow(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
         """Fit one hypothesis to a frame and bring its record up to date."""
-        track = hypothesis.track
-        guess = expected(track.predict(), hypothesis.lives)
-        active = [k for k, life in enumerate(hypothesis.lives) if life.active]
-        view = track.view(frame, guess, active, self._appearance, self._table)
-        life = self.config.life
-        ties = ties_of(hypothesis.lives, active, life)
-        fit = track.fit(view, guess, active, ties, self._frames + 1000 * self.config.seed)
-        fit = reconsidered(track, hypothesis.lives, view, fit, active, life)
-        track.accept(guess, active, fit)
-        self._note(hypothesis, view, fit, active)
+        track, lives = hypothesis.track, hypothesis.lives
+        guess = expected(track.predict(), lives)
+        active = tuple(k for k, life in enumerate(lives) if life.active)
+        problem = self._problem(hypothesis, frame, guess, active)
+        fit = reconsidered(hypothesis, problem, track.fit(problem), self.config.life)
+        track.accept(problem, fit)
+        self._note(hypothesis, problem, fit)
         due = hypothesis is self._hypotheses[0] and self._frames % self.config.learn_period == 0
         if due and hypothesis.mean_cost < self.config.doubt_cost:
-            track.learn(view, active, self._appearance)
-        self._calibrate(hypothesis, view)
+            track.learn(problem, self._around.appearance)
+        self._calibrate(hypothesis, problem)
 
-    def _calibrate(self, hypothesis: Hypothesis, view: View) -> None:
+    def _problem(
+        self, hypothesis: Hypothesis, frame: RgbdFrame, guess: BodyState, active: tuple[int, ...]
+    ) -> Problem:
+        """Return what a frame asks of a hypothesis next to a guess."""
+        ties = ties_of(hypothesis.lives, active, self.config.life)
+        seed = self._frames + 1000 * self.config.seed
+        return hypothesis.track.problem(frame, guess, active, ties, self._around, seed)
+
+    def _calibrate(self, hypothesis: Hypothesis, problem: Problem) -> None:
         """Let a well-fitted frame speak for the shape of the hand."""
         config, track = self.config, hypothesis.track
         worst = max(hypothesis.mean_cost, track.cost)
         if len(self._hypotheses) > 1 or hypothesis.age < config.shape.first:
             return
         if worst < config.good_cost and self.shape.learn(
-            track.hand, track.arrays, view.evidence, config.track.weights, track.state
+            track.hand, track.arrays, problem.view.evidence, config.track.weights, track.state
         ):
             shape = self.shape.shape
             self._hands = {side: HandModel.from_shape(side, shape) for side in self._hands}
             track.set_hand(self._hands[track.hand.side])
 
-    def _note(self, hypothesis: Hypothesis, view: View, fit: Fit, active: list[int]) -> None:
-        track = hypothesis.track
-        hypothesis.fit, hypothesis.active = fit, tuple(active)
+    def _note(self, hypothesis: Hypothesis, problem: Problem, fit: Fit) -> None:
+        view = problem.view
+        hypothesis.fit, hypothesis.active = fit, problem.active
         pixel = (view.tile.depth * view.tile.step) ** 2
         area = float(pixel[view.pixels.label == OF_HAND].sum())
         hypothesis.thin = hypothesis.thin + 1 if area < self.config.least_area else 0
         hypothesis.age += 1
-        rate = max(0.25, 1.0 / hypothesis.age)
+        rate = max(_SMOOTHING, 1.0 / hypothesis.age)
         hypothesis.mean_cost += rate * (fit.cost - hypothesis.mean_cost)
-        note_objects(track, hypothesis.lives, view, active, self.config.life, self._buffers)
+        note_objects(hypothesis, problem, self.config.life, self._buffers)
 
     def _alive(self, hypothesis: Hypothesis) -> bool:
         """Return whether a hypothesis still follows a hand; keep its objects if it does not."""
@@ -168,8 +179,8 @@ class Tracker:
             if hypothesis.age > max(self.config.young_trials):
                 self._place = state.values[:3]
             far = start_state([state.pose(1 + k) for k in range(len(hypothesis.lives))])
-            self._scenery.state = self._scenery.before = far
-            self._scenery_lives = hypothesis.lives
+            self._still_life.track.state = self._still_life.track.before = far
+            self._still_life.lives = hypothesis.lives
         return False
 
     def _compete(self) -> None:
@@ -191,10 +202,10 @@ class Tracker:
 
     def _unusual(self, hypothesis: Hypothesis) -> float:
         """Return what the hand's roll adds to the cost; nothing where no table says what is up."""
-        if self._table is None:
+        if self._around.table is None:
             return 0.0
         track = hypothesis.track
-        rotation = self._T_table_camera[:3, :3] @ track.state.rotations[0]
+        rotation = self._around.T_table_camera[:3, :3] @ track.state.rotations[0]
         return self.config.unusual_roll * unusual_roll(track.hand.side, rotation)
 
     def _doubtful(self, hypothesis: Hypothesis) -> bool:
@@ -208,21 +219,19 @@ class Tracker:
     def _search(self, frame: RgbdFrame) -> bool:
         """Look for a hand; return whether there is anything like one."""
         if self._frames % self.config.learn_period == 0:
-            self._learn_background(frame)
+            self._finder.learn_background(frame, self._still_life.track)
         found = self._starts(frame, tuple(self._hands))
         if not found:
             return False
-        early = self._table is not None and self._frames < self.config.still_frames
+        early = self._around.table is not None and self._frames < self.config.still_frames
         limit = self.config.first_cost if early else self.config.accept_cost
         best: dict[Side, Candidate] = {}
         for candidate in found:
             best.setdefault(candidate.side, candidate)
         for side, candidate in best.items():
             cost = candidate.cost - (self.config.side_bias if side == self._side else 0.0)
-            if candidate.cost < limit and cost < found[0].cost + 0.25:
-                state = self._scenery.state.copy()
-                state.values[:HAND_SIZE] = candidate.state.values
-                state.rotations[0] = candidate.state.rotations[0]
+            if candidate.cost < limit and cost < found[0].cost + _WORTH_A_TRIAL:
+                state = self._still_life.track.state.replaced([], candidate.state)
                 self._hypotheses.append(self._hypothesis(side, state, cost))
         self._hypotheses.sort(key=self._rank)
         return True
@@ -241,93 +250,48 @@ class Tracker:
             if near or candidate.cost < self.config.far_better * leader.mean_cost:
                 best.setdefault(candidate.side, candidate)
         for candidate in best.values():
-            state = leader.track.state.copy()
-            state.values[:HAND_SIZE] = candidate.state.values
-            state.rotations[0] = candidate.state.rotations[0]
-            rival = self._hypothesis(candidate.side, state, leader.mean_cost)
-            rival.lives = leader.lives
-            active = list(leader.active)
-            view = rival.track.view(frame, state, active, self._appearance, self._table)
-            ties = ties_of(leader.lives, active, self.config.life)
-            fit = rival.track.tried(view, state, active, ties, self._frames)
+            rival = self._rival(leader, candidate, frame)
             lead = self._unusual(leader) - self._unusual(rival)
-            if fit.cost < self.config.better * leader.track.cost + lead:
-                rival.track.accept(state, active, fit)
-                rival.track.before = rival.track.state
-                rival.mean_cost, rival.age = fit.cost, leader.age
-                rival.fit, rival.active = fit, leader.active
+            if rival.track.cost < self.config.better * leader.track.cost + lead:
                 self._hypotheses = [rival]
                 leader = rival
 
+    def _rival(self, leader: Hypothesis, candidate: Candidate, frame: RgbdFrame) -> Hypothesis:
+        """Return what the leader would be with another start of the hand."""
+        state = leader.track.state.replaced([], candidate.state)
+        rival = self._hypothesis(candidate.side, state, leader.mean_cost)
+        rival.lives = leader.lives
+        problem = self._problem(rival, frame, state, leader.active)
+        fit = rival.track.tried(problem)
+        rival.track.accept(problem, fit)
+        rival.track.before = rival.track.state
+        rival.mean_cost, rival.age = fit.cost, leader.age
+        rival.fit, rival.active = fit, leader.active
+        return rival
+
     def _starts(self, frame: RgbdFrame, sides: tuple[Side, ...]) -> list[Candidate]:
         """Return refined starts of the given sides in a frame, best first."""
-        config = self.config
-        tile = coarse_tile(frame, config.detection.size)
-        state = self._hypotheses[0].track.state if self._hypotheses else self._scenery.state
-        everything = list(range(len(self._packed.geometries)))
-        depth = self._scenery.drawn(everything, state, tile)
-        found: list[Candidate] = []
-        hands = {
-            side: (self._hands[side], shaped_hand(side, self._hands[side].shape)) for side in sides
-        }
-        rng = np.random.default_rng([config.seed, self._frames])
-        moves = self._table is not None and self._frames >= config.still_frames
-        still = self._furniture(tile) if moves else None
-        for region in find_hand(
-            tile, depth, self._table, self._appearance, still, config.detection
-        ):
-            points = region.points.T.astype(np.float64)
-            square = covering_square(frame.camera, points, 30.0, 80.0)
-            part = cut_tile(frame, square, config.initialisation.tile_size)
-            part_depth = self._scenery.drawn(everything, state, part)
-            body, skin = hand_pixels(
-                part, part_depth, self._table, self._appearance, config.detection
-            )
-            evidence, seen = region_evidence(part, body, skin, region, config.initialisation)
-            found += candidates(
-                evidence, seen, region, hands, config.track.weights, config.initialisation, rng
-            )
-        return sorted(found, key=lambda candidate: candidate.cost)
-
-    def _furniture(self, tile: Tile) -> Floats:
-        """Return the first depth (S, S), 0 around a hand that may have been there from then on."""
-        place = self._place
-        if self._hypotheses:
-            place = self._hypotheses[0].track.state.values[:3]
-        if place is None:
-            return self._still
-        near = np.linalg.norm(tile.points - place[:, None, None], axis=0) < self.config.hand_reach
-        return np.where(near, np.float32(0.0), self._still)
+        leader = self._hypotheses[0].track if self._hypotheses else None
+        search = Search(
+            self._frames,
+            {side: self._hands[side] for side in sides},
+            leader or self._still_life.track,
+            leader.state.values[:3] if leader else self._place,
+        )
+        return self._finder.starts(frame, search)
 
     def _hypothesis(self, side: Side, state: BodyState, cost: float) -> Hypothesis:
-        track = SceneTrack(self._hands[side], state, self._packed, self._track_config)
+        track = SceneTrack(self._hands[side], state, self._around.objects, self._track_config)
         track.cost = cost
-        lives = [ObjectLife(life.rest, life.active, life.taken) for life in self._scenery_lives]
+        lives = [ObjectLife(life.rest, life.active, life.taken) for life in self._still_life.lives]
         return Hypothesis(track, lives, cost)
-
-    def _learn_objects(self, frame: RgbdFrame) -> None:
-        """Learn the colours of the objects where the first frame agrees with their pose."""
-        tile = coarse_tile(frame, self.config.detection.size)
-        bins = color_bins(tile.color)
-        for k in range(len(self._packed.geometries)):
-            depth = self._scenery.drawn([k], self._scenery.state, tile)
-            agrees = np.abs(tile.depth - depth) < self.config.track.labelling.rest_tolerance
-            self._appearance.learn(FIRST_OBJECT + k, bins[agrees])
-
-    def _learn_background(self, frame: RgbdFrame) -> None:
-        """Learn the colours of everything that may be taken for a hand but is none."""
-        tile = coarse_tile(frame, self.config.detection.size // 2)
-        everything = list(range(len(self._packed.geometries)))
-        depth = self._scenery.drawn(everything, self._scenery.state, tile)
-        other = background_pixels(tile, depth, self._table, self.config.detection)
-        self._appearance.learn(BACKGROUND, color_bins(tile.color)[other])
 
     def _result(self, frame: RgbdFrame, visible: bool) -> SceneState:
         assert self._objects is not None
         leader = self._hypotheses[0] if self._hypotheses else None
-        track = leader.track if leader else self._scenery
-        lives = leader.lives if leader else self._scenery_lives
-        values = track.state.vector(self._T_table_camera)
+        shown = leader or self._still_life
+        track, lives = shown.track, shown.lives
+        values = track.state.vector(self._around.T_table_camera)
         deviation = state_deviation(
             leader.fit if leader else None, leader.active if leader else (), len(lives)
         )
@@ -342,7 +306,7 @@ class Tracker:
             tuple(o.id for o in self._objects.objects),
             tuple(o.model for o in self._objects.objects),
             tuple(o.object_class for o in self._objects.objects),
-            self._T_table_camera,
+            self._around.T_table_camera,
             float(track.cost) if leader else float("nan"),
             visible,
             visible and leader is None,

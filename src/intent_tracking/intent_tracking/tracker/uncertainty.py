@@ -20,8 +20,8 @@ import math
 import numpy as np
 
 from intent_perception.basics.arrays import Array
-from intent_tracking.scene.scene_state import HAND_SIZE, OBJECT_SIZE
-from intent_tracking.tracker.scene_track import Fit
+from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE
+from intent_tracking.tracker.problem import Fit
 
 COST_DEPTH = 0.04
 """Mean absolute residual of a hand pixel at a cost of 1 [m]."""

@@ -11,7 +11,7 @@ from intent_perception.geometry.transforms import transform_points
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.tracker.recording import Recording, track_bag
-from intent_tracking.tracker.tracker import TrackerConfig
+from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.workshop.figures.benchmark_views import joint_deviation
 
 LOST_ERROR = 0.1

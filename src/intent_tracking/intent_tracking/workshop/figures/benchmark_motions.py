@@ -27,7 +27,7 @@ from intent_perception.geometry.transforms import (
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_perception.workshop.scenes.sensor_noise import KinectNoise, observe
 from intent_tracking.tracker.recording import Recording, track_frames
-from intent_tracking.tracker.tracker import TrackerConfig
+from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.workshop.figures.benchmark_bags import LOST_ERROR
 from intent_tracking.workshop.figures.benchmark_views import joint_deviation
 from intent_tracking.workshop.person.body.person_hand import (

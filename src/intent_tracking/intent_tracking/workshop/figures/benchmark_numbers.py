@@ -10,7 +10,8 @@ from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
-from intent_tracking.tracker.tracker import Tracker, TrackerConfig
+from intent_tracking.tracker.tracker import Tracker
+from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.workshop.figures.benchmark_views import OBJECT, jittered
 from intent_tracking.workshop.figures.views import (
     Thing,

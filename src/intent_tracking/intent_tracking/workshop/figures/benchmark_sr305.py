@@ -20,7 +20,8 @@ from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.scene.hand_kernel import hand_arrays, hand_buffers, place_hand
 from intent_tracking.scene.raster import FAR, draw_capsule
 from intent_tracking.scene.scene_state import SceneState
-from intent_tracking.tracker.tracker import Tracker, TrackerConfig
+from intent_tracking.tracker.tracker import Tracker
+from intent_tracking.tracker.tracker_config import TrackerConfig
 
 CAMERA = Camera(640, 480, 476.007, 476.007, 313.683, 242.755)
 UNIT = 0.000125

@@ -20,7 +20,8 @@ from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.scene.hand_model import LIMITS, HandModel
 from intent_tracking.scene.scene_state import SceneState
-from intent_tracking.tracker.tracker import Tracker, TrackerConfig
+from intent_tracking.tracker.tracker import Tracker
+from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.workshop.figures.views import (
     ViewFrame,
     mismatched_hand,

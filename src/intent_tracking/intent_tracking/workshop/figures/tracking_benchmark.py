@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from intent_tracking.tracker.tracker import TrackerConfig
+from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.workshop.figures.benchmark_bags import BagErrors, bag_errors, bags_with_truth
 from intent_tracking.workshop.figures.benchmark_motions import motion_figures
 from intent_tracking.workshop.figures.benchmark_numbers import milliseconds_by_objects
