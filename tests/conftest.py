@@ -13,12 +13,6 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 @pytest.fixture(scope="session")
-def bags_folder() -> Path:
-    """The folder of the shipped bags."""
-    return ROOT / "bags"
-
-
-@pytest.fixture(scope="session")
 def real_data() -> Path:
     """The folder of real recordings; a test that needs it skips only where it is absent."""
     folder = Path(os.environ.get("INTENT_DATA", ROOT.parent / "shared" / "data"))

@@ -10,7 +10,7 @@ from tests.support.harness import Graph, Probe
 
 from intent_inference.network.model_file import save_model
 from intent_inference.ros.convert import posterior_from_msg
-from intent_inference.workshop.training.fitting import Recipe, TrainingConfig, train
+from intent_inference.workshop.training.fitting import NetworkRecipe, TrainingConfig, train
 from intent_perception.ros.node import LATCHED
 from intent_tracking.grasp.grasp_detector import StableGrasp as Grasp
 from intent_tracking.grasp.grasp_features import GraspFeatures
@@ -23,7 +23,7 @@ def test_a_task_added_as_a_label_column_reaches_the_topic(
     table = made_up_grasps(300)
     drinking = (table.features["npos"][:, 0] > 0.3).astype(float)
     table = replace(table, labels={**table.labels, "drinking": drinking})
-    config = TrainingConfig(recipes=(Recipe("tan", "6"),))
+    config = TrainingConfig(recipes=(NetworkRecipe("tan", "6"),))
     save_model(train(table, np.random.default_rng(0), config), tmp_path / "model.npz")
     probe.listen(TaskPosterior, "/intent/task_posterior")
     publisher = probe.create_publisher(StableGrasp, "/intent/stable_grasp", LATCHED)

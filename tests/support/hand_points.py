@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from intent_tracking.image.frame_evidence import Evidence, Prior, Weights
+from intent_tracking.image.frame_evidence import FrameEvidence, Prior, Weights
 from intent_tracking.scene.hand_kernel import hand_arrays, hand_buffers, place_hand, turn
 from intent_tracking.scene.hand_model import LIMITS, HandModel
 from intent_tracking.scene.posture_prior import shipped_posture
@@ -43,7 +43,7 @@ def observed(state, rotation, count=600, model=None):
         free &= np.linalg.norm(points - a - t[:, None] * (b - a), axis=1) > radius - 1e-4
     points = points[free]
     empty = np.zeros((32, 32), F)
-    return Evidence(
+    return FrameEvidence(
         np.ascontiguousarray(points.T, dtype=F), np.zeros((3, 0), F), np.zeros(0, np.int64),
         empty, empty, F(-0.2), F(-0.2), F(0.4 / 32),
     )  # fmt: skip

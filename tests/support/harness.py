@@ -5,7 +5,6 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -53,10 +52,6 @@ class Graph:
     def wait(self, name: str, timeout: float = 120.0) -> int:
         """Wait for a node to end; return its exit status."""
         return self._nodes[name].wait(timeout)
-
-    def interrupt(self, name: str) -> None:
-        """Send a node what Ctrl-C sends."""
-        self._nodes[name].send_signal(signal.SIGINT)
 
     def stop(self) -> None:
         """End all nodes."""
@@ -137,14 +132,6 @@ def image(header: Any, encoding: str, pixels: Any) -> Any:
     message.width, message.step = pixels.shape[1], rows.shape[1] * rows.itemsize
     message.data = rows.tobytes()
     return message
-
-
-def still_bag(path: Path, frame: RgbdFrame, count: int) -> Path:
-    """Write a bag in which nothing moves."""
-    with BagWriter(path) as writer:
-        for index in range(count):
-            writer.write(replace(frame, stamp=frame.stamp + index * SECOND // 30))
-    return path
 
 
 def shipped_bag(name: str) -> Path:

@@ -7,14 +7,14 @@ import pytest
 
 from intent_imitation.workshop.practice.table_merge import join_tables
 from intent_imitation.workshop.trials.imitation_benchmark import gain, rates
-from intent_imitation.workshop.trials.trials import Trial
+from intent_imitation.workshop.trials.trials import TableTrial
 from intent_inference.workshop.simulation.grasp_table import read_rows, write_rows
 
-CHOSEN = Trial(
+CHOSEN = TableTrial(
     "pouring", True, False, False, False, 0.01,
     correct=True, class_only=False, held=True, rule=True, random_rule=0.5,
 )  # fmt: skip
-REFUSED = Trial("pouring", False, False, True, True, 0.01)
+REFUSED = TableTrial("pouring", False, False, True, True, 0.01)
 
 
 def test_choices_count_where_something_fits_and_refusals_where_nothing_does() -> None:

@@ -12,7 +12,7 @@ from intent_inference.grasping.contacts import (
     touching,
 )
 from intent_inference.grasping.grasp_candidates import CandidateSource
-from intent_inference.grasping.grasp_hypotheses import Hypothesis, approaches
+from intent_inference.grasping.grasp_hypotheses import GraspHypothesis, approaches
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.grasping.urdf import table_from_urdf, urdf_text
@@ -90,7 +90,7 @@ def test_a_hand_that_approaches_beside_the_object_misses(hand, database):
     pose = np.eye(4)
     pose[:3, 3] = [0.5, 0.5, 0.0]
     preshape = hand.preshapes[0]
-    hypothesis = Hypothesis(
+    hypothesis = GraspHypothesis(
         "power", pose, np.array([0.0, 0.0, 1.0]), 0.2, preshape.open, preshape.rates
     )
     assert close_hand(hand, target.field, hypothesis) == (Fate.MISSED, None)

@@ -9,7 +9,7 @@ from tests.support.grasp_tables import made_up_grasps
 
 from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator
 from intent_inference.network.model_file import ModelFileError, save_model
-from intent_inference.workshop.training.fitting import Recipe, TrainingConfig, train
+from intent_inference.workshop.training.fitting import NetworkRecipe, TrainingConfig, train
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector, vector_from_pose
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.grasp.grasp_detector import StableGrasp
@@ -25,7 +25,7 @@ FORWARD = rotation_from_vector([0.0, np.pi / 2.0, 0.0])
 @pytest.fixture(scope="module")
 def model_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("model") / "model.npz"
-    config = TrainingConfig(recipes=(Recipe("tan", "6"),))
+    config = TrainingConfig(recipes=(NetworkRecipe("tan", "6"),))
     save_model(train(made_up_grasps(900), np.random.default_rng(0), config), path)
     return path
 

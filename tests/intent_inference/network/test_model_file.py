@@ -12,13 +12,13 @@ from intent_inference.network.model_file import ModelFileError, load_model, save
 from intent_inference.network.task_model import TaskModel
 from intent_inference.workshop.evaluation import evaluate_command as evaluate
 from intent_inference.workshop.training import train_command
-from intent_inference.workshop.training.fitting import Recipe, TrainingConfig, train
+from intent_inference.workshop.training.fitting import NetworkRecipe, TrainingConfig, train
 from intent_inference.workshop.training.labelled_table import read_grasps
 
 
 @pytest.fixture(scope="module")
 def model() -> TaskModel:
-    config = TrainingConfig(recipes=(Recipe("tan", "6"), Recipe("class-tan", "4")))
+    config = TrainingConfig(recipes=(NetworkRecipe("tan", "6"), NetworkRecipe("class-tan", "4")))
     return train(made_up_grasps(500), np.random.default_rng(0), config)
 
 
@@ -142,7 +142,7 @@ def test_features_alone_suffice_without_object_class(tmp_path: Path) -> None:
     table = made_up_grasps(400)
     features = {k: table.features[k] for k in ("npos", "fvol")}
     bare = type(table)(features, table.labels, {})
-    config = TrainingConfig(recipes=(Recipe("class-tan", "6"),))
+    config = TrainingConfig(recipes=(NetworkRecipe("class-tan", "6"),))
     model = train(bare, np.random.default_rng(0), config)
     assert model.variables == ("npos", "fvol")
     assert np.isfinite(model.posterior(table.features)).all()

@@ -22,11 +22,13 @@ from intent_inference.network.structure import (
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import select_rows
 from intent_inference.workshop.evaluation.scores import auc, calibration_error
-from intent_inference.workshop.training.fitting import Recipe, TrainingConfig, assign, train
+from intent_inference.workshop.training.fitting import NetworkRecipe, TrainingConfig, assign, train
 from intent_inference.workshop.training.labelled_table import GraspTable
 from intent_inference.workshop.training.updating import add_demonstrations
 
-QUICK = TrainingConfig(recipes=(Recipe("tan", "information"), Recipe("class-tan", "6")))
+QUICK = TrainingConfig(
+    recipes=(NetworkRecipe("tan", "information"), NetworkRecipe("class-tan", "6"))
+)
 
 
 @pytest.fixture(scope="module")

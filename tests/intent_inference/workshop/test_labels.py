@@ -7,7 +7,7 @@ import pytest
 
 from intent_inference.grasping.autograsp import close_hand
 from intent_inference.grasping.contacts import Contacts, touching
-from intent_inference.grasping.grasp_hypotheses import Hypothesis
+from intent_inference.grasping.grasp_hypotheses import GraspHypothesis
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.labels import TASKS, label_grasp
@@ -35,7 +35,7 @@ def fist(hand, target, approach, thumb, at, shape=0):
     pose[:3, :3] = np.stack([np.cross(y, z), y, z], axis=1)
     start = np.array(at, float) - 0.25 * z
     pose[:3, 3] = start - pose[:3, :3] @ preshape.center
-    hypothesis = Hypothesis("power", pose, z, 0.4, preshape.open, preshape.rates)
+    hypothesis = GraspHypothesis("power", pose, z, 0.4, preshape.open, preshape.rates)
     _, grasp = close_hand(hand, target.field, hypothesis)
     assert grasp is not None
     contacts = touching(hand, target.field, grasp.spheres, grasp.clearance)

@@ -11,10 +11,10 @@ from intent_inference.workshop.evaluation.evaluate_command import print_report
 from intent_inference.workshop.evaluation.evaluation_report import ReportConfig, evaluation_report
 from intent_inference.workshop.evaluation.protocol import ProtocolConfig
 from intent_inference.workshop.evaluation.roc_figures import draw_roc
-from intent_inference.workshop.training.fitting import Recipe, TrainingConfig, train
+from intent_inference.workshop.training.fitting import NetworkRecipe, TrainingConfig, train
 from intent_inference.workshop.training.learning_figures import draw_quantisation, draw_structures
 
-QUICK = TrainingConfig(recipes=(Recipe("tan", "6"),))
+QUICK = TrainingConfig(recipes=(NetworkRecipe("tan", "6"),))
 
 
 @pytest.mark.slow

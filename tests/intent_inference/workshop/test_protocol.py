@@ -28,10 +28,10 @@ from intent_inference.workshop.evaluation.scores import (
     roc,
     share_interval,
 )
-from intent_inference.workshop.training.fitting import Recipe, TrainingConfig, train
+from intent_inference.workshop.training.fitting import NetworkRecipe, TrainingConfig, train
 from intent_inference.workshop.training.labelled_table import read_grasps
 
-QUICK = ProtocolConfig(training=TrainingConfig(recipes=(Recipe("tan", "6"),)))
+QUICK = ProtocolConfig(training=TrainingConfig(recipes=(NetworkRecipe("tan", "6"),)))
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from intent_perception.objects.database import ObjectDatabase
-from intent_perception.recognition.candidates import Drafter
+from intent_perception.recognition.candidates import PoseJudge
 from intent_perception.recognition.detection import Detector, DetectorConfig
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.proposal.pair_hypotheses import pair_iterations
@@ -46,7 +46,7 @@ def test_99_percent_asked_finds_97_percent_at_the_assumed_visibility() -> None:
             view = SceneView.of(image, segment(image, detector.table(image)))
             for run in range(6):
                 slots, _ = detector.generated(view, np.random.default_rng(run))
-                drafter = Drafter(library, view, config.tolerance)
+                drafter = PoseJudge(library, view, config.tolerance)
                 models, poses = drafter.aligned(*slots.best(config.refined_per_model))
                 errors = [
                     pose_error(

@@ -6,7 +6,7 @@ import pytest
 from intent_perception.geometry.transforms import inverse, pose_from_vector
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.grasp.grasp_features import (
-    ObjectGeometry,
+    GraspedShape,
     as_right_hand,
     grasp_features,
     hand_distances,
@@ -21,7 +21,7 @@ NAMES = ("size", "conv", "dir", "npos", "fcon", "fvol", "coc", "gbvl")
 
 @pytest.fixture(scope="module")
 def mug():
-    return ObjectGeometry(ObjectDatabase.load()["mug_0"])
+    return GraspedShape(ObjectDatabase.load()["mug_0"])
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +72,6 @@ def test_an_open_mesh_has_no_convexity_but_all_other_features(table):
     torn = type(model)(
         **{**{k: getattr(model, k) for k in model.__dataclass_fields__}, "mesh": mesh}
     )
-    features = grasp_features(ObjectGeometry(torn), T_OBJECT_HAND, WRAP, table)
+    features = grasp_features(GraspedShape(torn), T_OBJECT_HAND, WRAP, table)
     assert features.conv is None
     assert features.coc is not None

@@ -4,7 +4,7 @@ import numpy as np
 
 from intent_imitation.demo.charts import task_color
 from intent_imitation.demo.hand_mesh import hand_mesh
-from intent_imitation.demo.mesh_pictures import Body, Image, Tag, annotate, shaded, studio
+from intent_imitation.demo.mesh_pictures import DrawnBody, Image, Tag, annotate, shaded, studio
 from intent_imitation.demo.panels import MARKED_COLOR, OBJECT_COLORS, picture_of_objects
 from intent_imitation.demo.run_record import DemoRecord
 from intent_imitation.planner.plan import GraspCandidate, GraspPlan
@@ -48,13 +48,13 @@ def picture_of_grasp(
         size: width and height of the picture in pixels.
     """
     hand = hand_mesh(schunk_hand(), candidate.grasp_joints)
-    bodies = [Body(hand, candidate.T_table_hand, ROBOT_COLOR)]
+    bodies = [DrawnBody(hand, candidate.T_table_hand, ROBOT_COLOR)]
     target = objects.objects[0]
     for index, item in enumerate(objects.objects):
         color = OBJECT_COLORS[index % len(OBJECT_COLORS)]
         if item.id == candidate.object_id:
             target, color = item, MARKED_COLOR
-        bodies.append(Body(known[item.model].mesh, item.T_table_object, color))
+        bodies.append(DrawnBody(known[item.model].mesh, item.T_table_object, color))
     own = [item.id for item in objects.objects].index(target.id) + 1
     T_table_camera = _best_view(candidate, target, known, bodies, own)
     return studio(_camera(*size), T_table_camera, bodies)
@@ -69,7 +69,7 @@ def _best_view(
     candidate: GraspCandidate,
     target: RecognizedObject,
     known: ObjectDatabase,
-    bodies: list[Body],
+    bodies: list[DrawnBody],
     own: int,
 ) -> Array:
     """Return T_table_camera of the view in which neighbours hide hand and object least."""

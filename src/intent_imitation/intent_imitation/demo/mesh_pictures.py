@@ -21,7 +21,7 @@ LIGHT_TABLE = np.array([0.35, -0.45, 1.0]) / np.linalg.norm([0.35, -0.45, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class DrawnBody:
     """A mesh to be drawn."""
 
     mesh: Mesh
@@ -64,7 +64,7 @@ def overlay(
     image: Image,
     camera: Camera,
     T_table_camera: Array,
-    bodies: Sequence[Body],
+    bodies: Sequence[DrawnBody],
     opacity: Sequence[float],
     scale: int = 2,
 ) -> Image:
@@ -98,7 +98,7 @@ def overlay(
 
 
 def shaded(
-    camera: Camera, T_table_camera: Array, bodies: Sequence[Body], smooth: bool = False
+    camera: Camera, T_table_camera: Array, bodies: Sequence[DrawnBody], smooth: bool = False
 ) -> tuple[Array, NDArray[np.int16]]:
     """Return colour (H, W, 3) in 0..1 and label (H, W), -1 where there is no body.
 
@@ -131,7 +131,7 @@ def _lit(normal: NDArray[np.float32], base: Array, light: Array, smooth: bool) -
 
 
 def studio(
-    camera: Camera, T_table_camera: Array, bodies: Sequence[Body], table: float | None = 0.0
+    camera: Camera, T_table_camera: Array, bodies: Sequence[DrawnBody], table: float | None = 0.0
 ) -> Image:
     """Return a picture of bodies alone, with a soft shadow on the table.
 
@@ -167,7 +167,9 @@ def _backdrop(camera: Camera, T_table_camera: Array) -> Array:
     return np.repeat(column[:, None], camera.width, axis=1)
 
 
-def _shadow(camera: Camera, T_table_camera: Array, bodies: Sequence[Body], table: float) -> Array:
+def _shadow(
+    camera: Camera, T_table_camera: Array, bodies: Sequence[DrawnBody], table: float
+) -> Array:
     """Return how dark the table is (H, W) in 0..1: bodies flattened along the light, blurred."""
     flat = []
     for body in bodies:

@@ -45,7 +45,7 @@ footer{color:var(--soft);font-size:.9rem}
 
 
 @dataclass(frozen=True)
-class Picture:
+class PagePicture:
     """An image file with the words that stand for it."""
 
     path: Path
@@ -59,14 +59,14 @@ class Chapter:
 
     title: str
     lead: str
-    pictures: Sequence[Picture]
+    pictures: Sequence[PagePicture]
     missing: str
     """What is said where there is no picture."""
     tables: Sequence[Rows | None] = ()
 
 
 def page(
-    summary: str, figures: Sequence[Figure], flow: Picture, chapters: Sequence[Chapter]
+    summary: str, figures: Sequence[Figure], flow: PagePicture, chapters: Sequence[Chapter]
 ) -> str:
     """Return the page as HTML text."""
     numbers = "".join(
@@ -96,7 +96,7 @@ def _chapter(chapter: Chapter) -> str:
     )
 
 
-def _picture(picture: Picture) -> str:
+def _picture(picture: PagePicture) -> str:
     kind = ' class="narrow"' if picture.narrow else ""
     return (
         f'<figure{kind}><img src="{_embedded(picture.path)}" alt="{escape(picture.text)}">'

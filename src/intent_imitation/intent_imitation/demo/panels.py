@@ -7,7 +7,7 @@ import numpy as np
 
 from intent_imitation.demo.hand_mesh import hand_mesh
 from intent_imitation.demo.mesh_pictures import (
-    Body,
+    DrawnBody,
     Image,
     Tag,
     Window,
@@ -68,7 +68,7 @@ def picture_of_objects(
     bodies, weights = [], []
     for index, item in enumerate(objects.objects):
         color = MARKED_COLOR if item.id == marked else OBJECT_COLORS[index % len(OBJECT_COLORS)]
-        bodies.append(Body(known[item.model].mesh, item.T_table_object, color))
+        bodies.append(DrawnBody(known[item.model].mesh, item.T_table_object, color))
         weights.append(0.6 if item.id == marked else 0.32)
     canvas = overlay(frame.color, frame.camera, objects.T_table_camera, bodies, weights, _SCALE)
     corners = [_pixels(frame.camera, objects.T_table_camera, body) for body in bodies]
@@ -87,7 +87,7 @@ def picture_of_objects(
 MARKED_COLOR = (0.05, 0.62, 0.45)
 
 
-def _pixels(camera: Camera, T_table_camera: Array, body: Body) -> Array:
+def _pixels(camera: Camera, T_table_camera: Array, body: DrawnBody) -> Array:
     """Return the vertices of a body as pixels (N, 2) of the enlarged image."""
     points = transform_points(body.T_table_body, body.mesh.vertices)
     return np.asarray(camera.project(transform_points(inverse(T_table_camera), points)) * _SCALE)
@@ -112,11 +112,11 @@ def _moment(record: DemoRecord, frame: RgbdFrame, state: SceneState, seconds: fl
     for index, (model, pose) in enumerate(placed):
         if np.all(np.isfinite(pose)):
             mesh = record.database[model].mesh
-            bodies.append(Body(mesh, pose, OBJECT_COLORS[index % len(OBJECT_COLORS)]))
+            bodies.append(DrawnBody(mesh, pose, OBJECT_COLORS[index % len(OBJECT_COLORS)]))
             opacity.append(0.25)
     if state.hand_tracked:
         mesh = hand_mesh(state.hand.table, state.joint_angles)
-        bodies.append(Body(mesh, state.T_table_hand, HAND_COLOR))
+        bodies.append(DrawnBody(mesh, state.T_table_hand, HAND_COLOR))
         opacity.append(0.85)
     image = overlay(frame.color, frame.camera, state.T_table_camera, bodies, opacity, _SCALE)
     corners = [_pixels(frame.camera, state.T_table_camera, body) for body in bodies]

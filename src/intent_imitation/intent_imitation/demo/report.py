@@ -10,7 +10,7 @@ from intent_imitation.demo.grasp_pictures import (
     pictures_of_hypotheses,
 )
 from intent_imitation.demo.mesh_pictures import Image, write_image
-from intent_imitation.demo.page import Chapter, Picture, page
+from intent_imitation.demo.page import Chapter, PagePicture, page
 from intent_imitation.demo.panels import (
     Moment,
     picture_of_objects,
@@ -35,7 +35,7 @@ def write_report(record: DemoRecord, out_dir: Path) -> None:
     seen = _seen(record, shown, out_dir)
     concluded = _concluded(record, out_dir)
     answered = _answered(record, _demonstration(shown), out_dir)
-    flow = Picture(
+    flow = PagePicture(
         out_dir / "flow.png",
         "The process in six steps: the human's tracked grasp, the inferred intention, the robot's "
         "table, its choice of object, ranked grasp hypotheses and the chosen grasp.",
@@ -70,10 +70,10 @@ def _concluded(record: DemoRecord, out_dir: Path) -> Chapter:
         path = out_dir / "posterior.png"
         true_task = record.truth.task if record.truth is not None else None
         draw_timeline(path, record.posteriors, stamps, start_stamp(record), true_task)
-        pictures.append(Picture(path, _POSTERIOR_TEXT))
+        pictures.append(PagePicture(path, _POSTERIOR_TEXT))
     if record.final is not None and record.final.explanation:
         draw_evidence(out_dir / "evidence.png", record.final)
-        pictures.append(Picture(out_dir / "evidence.png", _EVIDENCE_TEXT))
+        pictures.append(PagePicture(out_dir / "evidence.png", _EVIDENCE_TEXT))
     return Chapter(
         "What the human is up to",
         "Four Bayesian networks, one for each task, weigh the object, the hand's place and its "
@@ -85,7 +85,7 @@ def _concluded(record: DemoRecord, out_dir: Path) -> Chapter:
 
 def _answered(record: DemoRecord, demonstration: Image | None, out_dir: Path) -> Chapter:
     """Draw the robot's choice and the flow picture, which shows its parts again."""
-    pictures: list[Picture] = []
+    pictures: list[PagePicture] = []
     table = picture_of_robot_table(record)
     if table is not None:
         pictures.append(_saved(out_dir / "robot_objects.png", table, _TABLE_TEXT))
@@ -121,9 +121,9 @@ def _demonstration(shown: list[Moment]) -> Image | None:
     return view_of_action(shown).cut(chosen[0].image, 1000) if chosen else None
 
 
-def _saved(path: Path, image: Image, text: str) -> Picture:
+def _saved(path: Path, image: Image, text: str) -> PagePicture:
     write_image(path, image)
-    return Picture(path, text)
+    return PagePicture(path, text)
 
 
 _OBJECTS_TEXT = "Recognised objects drawn over the first image, with the recogniser's confidence."

@@ -13,7 +13,7 @@ from intent_imitation import SHARE
 from intent_imitation.planner.class_from_shape import Kinds
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.basics.arrays import Array
-from intent_tracking.grasp.grasp_features import ObjectGeometry, grasp_features
+from intent_tracking.grasp.grasp_features import GraspedShape, grasp_features
 
 LIBRARIES = SHARE / "libraries"
 
@@ -52,7 +52,7 @@ class GraspSet:
 
 
 def grasp_set(
-    geometry: ObjectGeometry,
+    geometry: GraspedShape,
     hand: GraspingHand,
     T_object_hand: Array,
     approach: Array,

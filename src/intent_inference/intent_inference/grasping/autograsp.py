@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 
 from intent_inference.grasping.closing import measure_spheres, place_spheres, try_grasp
-from intent_inference.grasping.grasp_hypotheses import Hypothesis
+from intent_inference.grasping.grasp_hypotheses import GraspHypothesis
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.sdf import SignedDistance
@@ -46,7 +46,7 @@ class ClosedGrasp:
 
 
 def close_hand(
-    hand: GraspingHand, field: SignedDistance, hypothesis: Hypothesis
+    hand: GraspingHand, field: SignedDistance, hypothesis: GraspHypothesis
 ) -> tuple[Fate, ClosedGrasp | None]:
     """Approach and close the hand as the hypothesis says.
 

@@ -7,7 +7,7 @@ so that a try needs tens of postures instead of hundreds. Everything is float32.
 import numba as nb
 import numpy as np
 
-from intent_inference.grasping.grasping_hand import HandArrays
+from intent_inference.grasping.grasping_hand import SphereArrays
 from intent_perception.basics.arrays import Floats
 from intent_perception.geometry.sdf import sample
 
@@ -19,7 +19,7 @@ _APPROACH_STEPS, _CLOSING_STEPS = 40, 160
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
 def _links(
-    hand: HandArrays, first: int, last: int, joints: Floats, turns: Floats, t: Floats
+    hand: SphereArrays, first: int, last: int, joints: Floats, turns: Floats, t: Floats
 ) -> None:
     """Place the links first..last-1, whose parents are placed: turns (L, 3, 3), t (L, 3)."""
     for link in range(first, last):
@@ -55,7 +55,7 @@ def _links(
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
 def _centers(
-    hand: HandArrays, first: int, last: int, turns: Floats, t: Floats, spheres: Floats
+    hand: SphereArrays, first: int, last: int, turns: Floats, t: Floats, spheres: Floats
 ) -> None:
     """Place the spheres of the links first..last-1."""
     for sphere in range(hand.sphere_starts[first], hand.sphere_starts[last]):
@@ -70,7 +70,7 @@ def _centers(
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
 def place_spheres(
-    hand: HandArrays, rotation: Floats, position: Floats, joints: Floats, spheres: Floats
+    hand: SphereArrays, rotation: Floats, position: Floats, joints: Floats, spheres: Floats
 ) -> None:
     """Place all spheres of a hand at a pose."""
     count = len(hand.parents)
@@ -84,7 +84,7 @@ def place_spheres(
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
 def measure_spheres(
-    hand: HandArrays,
+    hand: SphereArrays,
     values: Floats,
     origin: Floats,
     spacing: float,
@@ -101,7 +101,7 @@ def measure_spheres(
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
 def _approach(
-    hand: HandArrays,
+    hand: SphereArrays,
     values: Floats,
     origin: Floats,
     spacing: float,
@@ -131,7 +131,7 @@ def _approach(
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
 def _longest_step(
-    hand: HandArrays,
+    hand: SphereArrays,
     chain: int,
     speeds: Floats,
     active: np.ndarray,
@@ -163,7 +163,7 @@ def _longest_step(
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
 def _blocked_link(
-    hand: HandArrays,
+    hand: SphereArrays,
     chain: int,
     spheres: Floats,
     proposed: Floats,
@@ -199,7 +199,7 @@ def _blocked_link(
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
 def _propose(
-    hand: HandArrays,
+    hand: SphereArrays,
     chain: int,
     step: float,
     joints: Floats,
@@ -229,7 +229,7 @@ def _propose(
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
 def _close(
-    hand: HandArrays,
+    hand: SphereArrays,
     values: Floats,
     origin: Floats,
     spacing: float,
@@ -282,7 +282,7 @@ def _close(
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
 def try_grasp(
-    hand: HandArrays,
+    hand: SphereArrays,
     values: Floats,
     origin: Floats,
     spacing: float,

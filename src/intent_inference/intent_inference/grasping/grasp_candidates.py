@@ -9,7 +9,7 @@ import numpy as np
 from intent_inference.grasping.autograsp import ClosedGrasp, Fate, close_hand
 from intent_inference.grasping.contacts import Contacts, gravity_residual, opposed, touching
 from intent_inference.grasping.grasp_hypotheses import (
-    Hypothesis,
+    GraspHypothesis,
     HypothesisConfig,
     HypothesisSampler,
     approaches,
@@ -35,10 +35,10 @@ class FilterConfig:
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class TriedGrasp:
     """A grasp that passed the static filter."""
 
-    hypothesis: Hypothesis
+    hypothesis: GraspHypothesis
     grasp: ClosedGrasp
     contacts: Contacts
     residual: float
@@ -82,8 +82,8 @@ class CandidateSource:
         return sum(self.fates.values())
 
     def take(
-        self, count: int, most_tries: int, wanted: Callable[[Hypothesis], bool] | None = None
-    ) -> list[Candidate]:
+        self, count: int, most_tries: int, wanted: Callable[[GraspHypothesis], bool] | None = None
+    ) -> list[TriedGrasp]:
         """Return up to `count` candidates after at most `most_tries` tries.
 
         Args:
@@ -91,7 +91,7 @@ class CandidateSource:
             most_tries: hypotheses tried at most.
             wanted: part of the hypotheses are drawn anew, a few times, until this accepts them.
         """
-        found: list[Candidate] = []
+        found: list[TriedGrasp] = []
         if self.sampler is None:
             return found
         for _ in range(most_tries):
@@ -110,7 +110,9 @@ class CandidateSource:
                     break
         return found
 
-    def _examine(self, approach: int, hypothesis: Hypothesis) -> tuple[Fate, Candidate | None]:
+    def _examine(
+        self, approach: int, hypothesis: GraspHypothesis
+    ) -> tuple[Fate, TriedGrasp | None]:
         fate, grasp = close_hand(self.hand, self.target.field, hypothesis)
         if grasp is None:
             return fate, None
@@ -128,4 +130,4 @@ class CandidateSource:
         )
         if residual > self._limits[approach]:
             return Fate.UNSTABLE, None
-        return Fate.NOT_SHAKEN, Candidate(hypothesis, grasp, contacts, residual, approach)
+        return Fate.NOT_SHAKEN, TriedGrasp(hypothesis, grasp, contacts, residual, approach)

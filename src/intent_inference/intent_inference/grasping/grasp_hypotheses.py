@@ -37,7 +37,7 @@ class HypothesisConfig:
 
 
 @dataclass(frozen=True, eq=False)
-class Approach:
+class GraspApproach:
     """One face of one box, one roll, one pre-shape."""
 
     preshape: Preshape
@@ -49,7 +49,7 @@ class Approach:
 
 
 @dataclass(frozen=True, eq=False)
-class Hypothesis:
+class GraspHypothesis:
     """Where a hand starts, how it approaches and closes."""
 
     preshape: str
@@ -66,7 +66,7 @@ class Hypothesis:
     """(3,) point of the object that the hand aims at, object frame."""
 
 
-def approaches(boxes: Sequence[Box], hand: GraspingHand) -> list[Approach]:
+def approaches(boxes: Sequence[Box], hand: GraspingHand) -> list[GraspApproach]:
     """Return every combination of free face, roll and pre-shape that is not too wide to grasp."""
     found = []
     for index, box in enumerate(boxes):
@@ -80,7 +80,7 @@ def approaches(boxes: Sequence[Box], hand: GraspingHand) -> list[Approach]:
                     across = (axis + 1 + roll % 2) % 3
                     closing = box.rotation[:, across] * (1.0 if roll < 2 else -1.0)
                     found += [
-                        Approach(preshape, box, normal, closing)
+                        GraspApproach(preshape, box, normal, closing)
                         for preshape in hand.preshapes
                         if 2.0 * box.half_size[across] <= preshape.widest
                         and 2.0 * box.half_size[axis] <= preshape.thickest
@@ -105,7 +105,7 @@ class HypothesisSampler:
 
     def __init__(
         self,
-        choices: Sequence[Approach],
+        choices: Sequence[GraspApproach],
         hand: GraspingHand,
         extent: float,
         center_of_mass: Array,
@@ -134,7 +134,7 @@ class HypothesisSampler:
         if total > 0.0:
             self._weights = (1.0 - share) * self._base + share * useful / total
 
-    def draw(self) -> tuple[int, Hypothesis]:
+    def draw(self) -> tuple[int, GraspHypothesis]:
         """Return the index of an approach and a hypothesis of it."""
         index = int(self._rng.choice(len(self._choices), p=self._weights))
         choice = self._choices[index]
@@ -150,13 +150,13 @@ def _is_free(point: Array, boxes: Sequence[Box]) -> bool:
 
 
 def _jittered(
-    choice: Approach,
+    choice: GraspApproach,
     hand: GraspingHand,
     extent: float,
     center_of_mass: Array,
     rng: np.random.Generator,
     config: HypothesisConfig,
-) -> Hypothesis:
+) -> GraspHypothesis:
     preshape = choice.preshape
     tilt = rotation_from_vector(rng.normal(0.0, config.tilt * preshape.jitter, 3))
     most = config.roll * preshape.jitter
@@ -178,11 +178,11 @@ def _jittered(
     spread = rng.normal(0.0, config.posture, len(preshape.open)) * (preshape.rates != 0)
     joints = np.clip(preshape.open + spread, hand.table.limits[:, 0], hand.table.limits[:, 1])
     travel = back + (depth if preshape.stop == "center" else 2.0 * extent)
-    return Hypothesis(preshape.name, pose, approach, travel, joints, preshape.rates, target)
+    return GraspHypothesis(preshape.name, pose, approach, travel, joints, preshape.rates, target)
 
 
 def _target(
-    choice: Approach, center_of_mass: Array, rng: np.random.Generator
+    choice: GraspApproach, center_of_mass: Array, rng: np.random.Generator
 ) -> tuple[Array, float, float]:
     """Return a point on the box face, how deep the centre should go, half the width there [m]."""
     box, preshape = choice.box, choice.preshape

@@ -24,7 +24,7 @@ _BOX_SPHERE = 0.008
 """Radius of the spheres that cover a box [m]."""
 
 
-class HandArrays(NamedTuple):
+class SphereArrays(NamedTuple):
     """A hand as the kernels read it; chain -1 is the palm, else a finger."""
 
     parents: Integers
@@ -102,7 +102,7 @@ class GraspingHand:
     """(J,) torque limit of each joint [N m]."""
     grips: dict[str, Array]
     """Share of the torque limits (J,) that each pre-shape uses: a pinch balances the fingers."""
-    arrays: HandArrays
+    arrays: SphereArrays
     strength: float
     """Sum of the normal forces that the static filter lets it exert [N]."""
     squeeze: float
@@ -236,7 +236,9 @@ def _grip(table: JointTable, chains: tuple[str, ...], entry: dict[str, Any]) -> 
     return grip
 
 
-def _arrays(table: JointTable, chains: tuple[str, ...], description: dict[str, Any]) -> HandArrays:
+def _arrays(
+    table: JointTable, chains: tuple[str, ...], description: dict[str, Any]
+) -> SphereArrays:
     starts = [link for link in range(1, len(table.parents)) if table.parents[link] == 0]
     chain_starts = np.array([*starts, len(table.parents)], dtype=np.int32)
     links, centers, radii = _spheres(table)
@@ -252,7 +254,7 @@ def _arrays(table: JointTable, chains: tuple[str, ...], description: dict[str, A
     for first, second in description.get("self_collision", []):
         i, j = chains.index(first), chains.index(second)
         collide[i, j] = collide[j, i] = True
-    return HandArrays(
+    return SphereArrays(
         table.parents.astype(np.int32),
         np.ascontiguousarray(table.origins[:, :3], dtype=np.float32),
         table.axes.astype(np.float32),

@@ -11,7 +11,7 @@ from intent_perception.basics.arrays import Array
 from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.grasp.grasp_features import ObjectGeometry
+from intent_tracking.grasp.grasp_features import GraspedShape
 
 
 class TaskObject:
@@ -29,7 +29,7 @@ class TaskObject:
                 "(is the unit of the mesh right?)"
             )
         self.model = model
-        self.geometry = ObjectGeometry(model)
+        self.geometry = GraspedShape(model)
         self.center_of_mass = self.mesh.center_of_mass
 
     @cached_property

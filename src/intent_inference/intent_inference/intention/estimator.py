@@ -10,7 +10,7 @@ from intent_inference.network.model_file import load_model, shipped_model
 from intent_inference.network.probability_calibration import sigmoid
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import Features, stack_features
-from intent_inference.quantisation.soft_evidence import Evidence
+from intent_inference.quantisation.soft_evidence import SoftEvidence
 from intent_inference.quantisation.variables import OBJECT_CLASS
 from intent_perception.basics.arrays import Array
 from intent_perception.objects.database import ObjectDatabase
@@ -155,8 +155,8 @@ class IntentionEstimator:
         )  # fmt: skip
 
     def _posterior(
-        self, stamp: int, object_id: str, object_class: str, log_odds: Array, evidence: Evidence,
-        preliminary: bool,
+        self, stamp: int, object_id: str, object_class: str, log_odds: Array,
+        evidence: SoftEvidence, preliminary: bool,
     ) -> TaskPosterior:  # fmt: skip
         probability = sigmoid(log_odds)
         order = np.argsort(-probability)
@@ -206,7 +206,7 @@ def least_deviations(
     return {name: values for name, values in given.items() if name in features}
 
 
-def explain(model: TaskModel, evidence: Evidence) -> tuple[Contribution, ...]:
+def explain(model: TaskModel, evidence: SoftEvidence) -> tuple[Contribution, ...]:
     """Return how the log-odds of every task fall when each observed variable is removed.
 
     Args:
@@ -216,7 +216,7 @@ def explain(model: TaskModel, evidence: Evidence) -> tuple[Contribution, ...]:
     names = [name for name in model.variables if name in evidence.observed]
     names = [name for name in names if evidence.observed[name][0]]
     cases = [evidence, *(evidence.without(model.bank, (name,)) for name in names)]
-    stacked = Evidence(
+    stacked = SoftEvidence(
         np.concatenate([case.likelihoods[:1] for case in cases]),
         np.concatenate([case.log_scale[:1] for case in cases]),
         {name: np.array([case.observed[name][0] for case in cases]) for name in evidence.observed},

@@ -12,7 +12,7 @@ import numpy as np
 
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import Features, stack_features
-from intent_inference.quantisation.soft_evidence import Evidence
+from intent_inference.quantisation.soft_evidence import SoftEvidence
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import (
     inverse,
@@ -21,8 +21,8 @@ from intent_perception.geometry.transforms import (
 )
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.grasp.grasp_features import (
+    GraspedShape,
     GraspFeatures,
-    ObjectGeometry,
     as_right_hand,
     palm_center,
 )
@@ -62,7 +62,7 @@ class ReachForecast:
     """Index of the object that the hand goes to."""
     log_odds: Array
     """(T,) filtered calibrated log-odds of each task."""
-    evidence: Evidence
+    evidence: SoftEvidence
     """This frame's evidence about the target."""
 
 
@@ -75,7 +75,7 @@ class ReachFilter:
         self._model = model
         self._database = database
         self._config = config or ReachConfig()
-        self._geometries: dict[str, ObjectGeometry | None] = {}
+        self._geometries: dict[str, GraspedShape | None] = {}
         self.reset()
 
     def reset(self) -> None:
@@ -138,7 +138,7 @@ class ReachFilter:
         ahead = palm + self._config.foresight * self._velocity
         target = min(near, key=lambda i: self._gap(state, i, ahead))
         row = near.index(target)
-        own = Evidence(
+        own = SoftEvidence(
             evidence.likelihoods[row : row + 1],
             evidence.log_scale[row : row + 1],
             {name: seen[row : row + 1] for name, seen in evidence.observed.items()},
@@ -156,10 +156,10 @@ class ReachFilter:
         self._stamp, self._palm = stamp, palm
         return elapsed
 
-    def _geometry(self, name: str) -> ObjectGeometry | None:
+    def _geometry(self, name: str) -> GraspedShape | None:
         if name not in self._geometries:
             try:
-                self._geometries[name] = ObjectGeometry(self._database[name])
+                self._geometries[name] = GraspedShape(self._database[name])
             except KeyError:
                 self._geometries[name] = None
         return self._geometries[name]
@@ -177,13 +177,13 @@ def palm_of(side: Side) -> Array:
     return palm_center(HandModel(side).table)
 
 
-def palm_gap(geometry: ObjectGeometry, T_table_object: Array, palm_table: Array) -> float:
+def palm_gap(geometry: GraspedShape, T_table_object: Array, palm_table: Array) -> float:
     """Return the distance from a point (3,) in the table frame to the object's surface [m]."""
     palm = transform_points(inverse(T_table_object), palm_table)
     return float(np.linalg.norm(geometry.points[::8] - palm, axis=1).min())
 
 
-def reach_features(geometry: ObjectGeometry, state: SceneState, index: int) -> GraspFeatures:
+def reach_features(geometry: GraspedShape, state: SceneState, index: int) -> GraspFeatures:
     """Return O and A of Table I of one frame; a left hand's are those of the mirrored grasp.
 
     Args:

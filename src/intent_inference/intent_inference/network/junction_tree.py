@@ -5,7 +5,7 @@ import numpy as np
 from intent_inference.network.bayesian_network import DiscreteNetwork
 from intent_inference.network.structure import TASK
 from intent_inference.network.task_model import TaskModel
-from intent_inference.quantisation.soft_evidence import Evidence
+from intent_inference.quantisation.soft_evidence import SoftEvidence
 from intent_perception.basics.arrays import Array
 
 
@@ -66,7 +66,7 @@ def _component(network: DiscreteNetwork, target: int) -> set[int]:
     return found
 
 
-def junction_tree_log_odds(model: TaskModel, evidence: Evidence) -> list[Array]:
+def junction_tree_log_odds(model: TaskModel, evidence: SoftEvidence) -> list[Array]:
     """Return each task's (N, M) log-odds of its networks, as `TaskModel.log_odds` does."""
     result = []
     for networks in model.networks:

@@ -11,7 +11,7 @@ import numpy as np
 
 from intent_inference import SHARE
 from intent_inference.network.conditional_tables import DirichletPrior
-from intent_inference.network.probability_calibration import Calibration
+from intent_inference.network.probability_calibration import OddsCalibration
 from intent_inference.network.task_model import Member, TaskModel, TaskNetworks
 from intent_inference.quantisation.mixture import GaussianMixture
 from intent_inference.quantisation.quantiser import Quantiser, Standardisation
@@ -159,7 +159,7 @@ def _unpack_networks(name: str, entry: dict[str, Any], arrays: Arrays) -> TaskNe
             )
         )
     calibrations = tuple(
-        Calibration(
+        OddsCalibration(
             tuple(observed),
             *(arrays[f"{name}:calibration{i}:{part}"] for part in ("weights", "knots", "levels")),
         )

@@ -15,7 +15,7 @@ _ROUNDS = 50
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class OddsCalibration:
     """Increasing map from the networks' log-odds to calibrated ones, for one set of variables."""
 
     observed: tuple[str, ...]
@@ -67,7 +67,7 @@ def fit_calibration(
     weights: Array,
     knots: int = 9,
     ridge: float = 0.02,
-) -> Calibration:
+) -> OddsCalibration:
     """Return the calibration of held-out predictions.
 
     A logistic stack with non-negative weights, held near their mean, joins the networks; a monotone
@@ -100,7 +100,7 @@ def fit_calibration(
     rates = _monotone(rates, sizes)
     levels = np.log(rates / (1.0 - rates)) + 1e-3 * np.arange(len(bins))
     keep = np.concatenate([[True], np.diff(centres) > 1e-9])
-    return Calibration(tuple(observed), stack, centres[keep], levels[keep])
+    return OddsCalibration(tuple(observed), stack, centres[keep], levels[keep])
 
 
 def _stack(log_odds: Array, labels: Array, importance: Array, ridge: float) -> Array:

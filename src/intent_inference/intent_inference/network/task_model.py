@@ -11,11 +11,11 @@ from intent_inference.network.conditional_tables import (
     soft_counts,
     table_from_counts,
 )
-from intent_inference.network.probability_calibration import Calibration, sigmoid
+from intent_inference.network.probability_calibration import OddsCalibration, sigmoid
 from intent_inference.network.structure import TASK, Parents
 from intent_inference.quantisation.feature_table import Features, count_rows, select_variables
 from intent_inference.quantisation.quantiser import Quantiser
-from intent_inference.quantisation.soft_evidence import Evidence, EvidenceBank
+from intent_inference.quantisation.soft_evidence import EvidenceBank, SoftEvidence
 from intent_inference.quantisation.variables import ACTION, OBJECT, OBJECT_CLASS
 from intent_perception.basics.arrays import Array
 
@@ -78,10 +78,10 @@ class TaskNetworks:
 
     task: str
     members: tuple[Member, ...]
-    calibrations: tuple[Calibration, ...]
+    calibrations: tuple[OddsCalibration, ...]
     """One per set of observed variables; the nearest is used."""
 
-    def calibration(self, observed: frozenset[str]) -> Calibration:
+    def calibration(self, observed: frozenset[str]) -> OddsCalibration:
         """Return the calibration whose set of observed variables differs least."""
         return min(self.calibrations, key=lambda c: len(observed ^ frozenset(c.observed)))
 
@@ -145,7 +145,7 @@ class TaskModel:
         # Two more entries behind the bank's carry the evidence about the task itself.
         return self.bank.length if variable == TASK else self.bank.starts[member.keys[variable]]
 
-    def evidence(self, features: Features, deviations: Features | None = None) -> Evidence:
+    def evidence(self, features: Features, deviations: Features | None = None) -> SoftEvidence:
         """Return soft evidence of a feature table, widened by its standard deviations."""
         known = select_variables(features, self.variables)
         if not known:
@@ -154,7 +154,7 @@ class TaskModel:
         return self.bank.evidence(known, deviations)
 
     def _query(
-        self, target: str, evidence: Evidence, task_value: int | None = None,
+        self, target: str, evidence: SoftEvidence, task_value: int | None = None,
         members: tuple[int, ...] | None = None,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Return posterior (M, N, K) and log p(evidence[, task = value]) (M, N) of each member."""
@@ -168,17 +168,17 @@ class TaskModel:
         return posterior, log_evidence + usage @ evidence.log_scale.T
 
     @cached_property
-    def _nearest(self) -> dict[tuple[str, frozenset[str]], Calibration]:
+    def _nearest(self) -> dict[tuple[str, frozenset[str]], OddsCalibration]:
         return {}
 
-    def _calibration(self, networks: TaskNetworks, observed: frozenset[str]) -> Calibration:
+    def _calibration(self, networks: TaskNetworks, observed: frozenset[str]) -> OddsCalibration:
         """Return the nearest calibration of a task, remembered."""
         key = (networks.task, observed)
         if key not in self._nearest:
             self._nearest[key] = networks.calibration(observed)
         return self._nearest[key]
 
-    def log_odds(self, evidence: Evidence) -> list[Array]:
+    def log_odds(self, evidence: SoftEvidence) -> list[Array]:
         """Return each task's (N, M) log-odds of its networks, not calibrated."""
         posterior, _ = self._query(TASK, evidence)
         odds = np.log(posterior[:, :, 1] + _SURE) - np.log(posterior[:, :, 0] + _SURE)
@@ -188,7 +188,9 @@ class TaskModel:
             first += len(networks.members)
         return result
 
-    def calibrated_log_odds(self, evidence: Evidence, log_odds: list[Array] | None = None) -> Array:
+    def calibrated_log_odds(
+        self, evidence: SoftEvidence, log_odds: list[Array] | None = None
+    ) -> Array:
         """Return calibrated log-odds of each task, (N, T), for a balanced prior.
 
         `log_odds` are those of another engine; default: of the compiled schedule.
@@ -213,7 +215,7 @@ class TaskModel:
         evidence = self.evidence(features, deviations)
         return self.log_evidence_of(evidence)
 
-    def log_evidence_of(self, evidence: Evidence) -> Array:
+    def log_evidence_of(self, evidence: SoftEvidence) -> Array:
         """Return log p(evidence), (N,), the mean over all networks."""
         _, log_evidence = self._query(TASK, evidence)
         mean: Array = log_evidence.mean(axis=0)

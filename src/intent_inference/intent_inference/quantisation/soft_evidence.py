@@ -24,7 +24,7 @@ _KINDS = {"size": LOGARITHM, "gbvl": LOGARITHM, "dir": ROTATION, "npos": DIRECTI
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class SoftEvidence:
     """What was observed, as likelihoods of every quantiser's states."""
 
     likelihoods: Array
@@ -55,7 +55,7 @@ class Evidence:
             for i, pattern in enumerate(found)
         ]
 
-    def without(self, bank: "EvidenceBank", variables: tuple[str, ...]) -> "Evidence":
+    def without(self, bank: "EvidenceBank", variables: tuple[str, ...]) -> "SoftEvidence":
         """Return the evidence as if some variables had not been observed."""
         likelihoods, log_scale = self.likelihoods.copy(), self.log_scale.copy()
         observed = dict(self.observed)
@@ -67,7 +67,7 @@ class Evidence:
         for name in variables:
             if name in observed:
                 observed[name] = np.zeros(self.rows, dtype=bool)
-        return Evidence(likelihoods, log_scale, observed)
+        return SoftEvidence(likelihoods, log_scale, observed)
 
 
 class EvidenceBank:
@@ -111,7 +111,7 @@ class EvidenceBank:
         diagonals = [np.diagonal(factor, axis1=1, axis2=2) for factor in factors]
         self._log_volumes = _joined([np.log(d).sum(axis=1) for d in diagonals])
 
-    def evidence(self, features: Features, deviations: Features | None = None) -> Evidence:
+    def evidence(self, features: Features, deviations: Features | None = None) -> SoftEvidence:
         """Return the likelihoods of a feature table.
 
         Args:
@@ -151,7 +151,7 @@ class EvidenceBank:
             values, known, widening, widened, self._blocks, self._means, self._covariances,
             self._whiteners, self._log_volumes, likelihoods, log_scale,
         )  # fmt: skip
-        return Evidence(likelihoods, log_scale, observed)
+        return SoftEvidence(likelihoods, log_scale, observed)
 
     def _set_class(self, features: Features, likelihoods: Array) -> NDArray[np.bool_]:
         known = np.zeros(len(likelihoods), dtype=np.bool_)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.recognition.conflict import Evidence
+from intent_perception.recognition.conflict import PixelEvidence
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.verification.alignment import align
 from intent_perception.recognition.verification.alternatives import (
@@ -97,7 +97,7 @@ class Drawing:
         return np.array([1000.0 * residual, beyond, *shown], np.float32)
 
 
-class Drafter:
+class PoseJudge:
     """Draws the models of a library into a scene."""
 
     def __init__(
@@ -172,7 +172,7 @@ class Drafter:
             kept.append(k)
         return models[kept], poses[kept]
 
-    def evidence(self, models: NDArray[np.int64], poses: Floats) -> Evidence:
+    def evidence(self, models: NDArray[np.int64], poses: Floats) -> PixelEvidence:
         """Return the evidence of hypotheses; their poses (N, 12) are refined in place."""
         values, windows, counts, factors = [np.zeros(0, np.float32)], [], [], []
         nothing = np.zeros(self._scene.shape, np.float32)
@@ -191,7 +191,7 @@ class Drafter:
             factor *= max(float(np.exp(-drawing.mismatch)), _LEAST_COLOR_FACTOR)
             factors.append(factor * drawing.closeness(self._scene, self._tolerance))
             start += drawing.evidence.size
-        return Evidence(
+        return PixelEvidence(
             np.concatenate(values),
             np.array(windows, np.int64).reshape(-1, 5),
             np.array(counts, np.float32).reshape(-1, COUNTS),

@@ -18,7 +18,7 @@ _ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class PixelEvidence:
     """What each of N hypotheses says about each pixel of its window."""
 
     values: Floats
@@ -30,11 +30,11 @@ class Evidence:
     factors: Floats
     """(N,) by which else the hypotheses are weighted: contour, table."""
 
-    def joined(self, other: "Evidence") -> "Evidence":
+    def joined(self, other: "PixelEvidence") -> "PixelEvidence":
         """Return the evidence of these hypotheses and of others, in this order."""
         windows = other.windows.copy()
         windows[:, 4] += len(self.values)
-        return Evidence(
+        return PixelEvidence(
             np.concatenate([self.values, other.values]),
             np.concatenate([self.windows, windows]),
             np.concatenate([self.counts, other.counts]),
@@ -54,7 +54,7 @@ def quality_of(counts: Floats) -> Floats:
 
 
 def select(
-    evidence: Evidence,
+    evidence: PixelEvidence,
     shape: tuple[int, int],
     least_pixels: float,
     least_quality: float,

@@ -7,9 +7,15 @@ from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.recognition.candidates import Drafter
+from intent_perception.recognition.candidates import PoseJudge
 from intent_perception.recognition.confidence import confidence, features_of
-from intent_perception.recognition.conflict import Evidence, explained_by, gains, quality_of, select
+from intent_perception.recognition.conflict import (
+    PixelEvidence,
+    explained_by,
+    gains,
+    quality_of,
+    select,
+)
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.proposal.pair_hypotheses import pair_iterations, sample_pairs
 from intent_perception.recognition.proposal.pose_slots import Slots
@@ -105,7 +111,7 @@ class Candidates:
     """(N,) numbers in the library."""
     poses: Floats
     """(N, 12)."""
-    evidence: Evidence
+    evidence: PixelEvidence
     """What they say about the pixels."""
 
     def joined(self, other: "Candidates") -> "Candidates":
@@ -172,16 +178,16 @@ class Detector:
         config = self.config
         rng = np.random.default_rng(config.seed)
         scene = SceneView.of(image, segment(image, table, allowed))
-        drafter = Drafter(self.library, scene, config.tolerance, resting=not config.hash_only)
+        judge = PoseJudge(self.library, scene, config.tolerance, resting=not config.hash_only)
         candidates, hypotheses = self._candidates(scene, scene, rng)
-        chosen = self._chosen(scene, drafter, candidates)
+        chosen = self._chosen(scene, judge, candidates)
         if config.second_look and len(chosen):
             explained = candidates.explained(chosen, scene.shape)
             more, made = self._candidates(scene, scene.without(explained), rng)
             candidates, hypotheses = candidates.joined(more), hypotheses + made
             if len(more.models):
-                chosen = self._chosen(scene, drafter, candidates)
-        found = [self._detection(scene, drafter, candidates, chosen, k) for k in range(len(chosen))]
+                chosen = self._chosen(scene, judge, candidates)
+        found = [self._detection(scene, judge, candidates, chosen, k) for k in range(len(chosen))]
         kept = [detection for detection in found if detection is not None]
         ranked = sorted(kept, key=lambda detection: -detection.confidence)
         return Findings(tuple(ranked), image, scene.parts, hypotheses)
@@ -191,9 +197,9 @@ class Detector:
     ) -> tuple[Candidates, int]:
         """Return the hypotheses worth a decision on the pixels in focus, and how many were made."""
         slots, made = self.generated(focus, rng, int(scene.parts.mask.sum()))
-        drafter = Drafter(self.library, scene, self.config.tolerance, focus)
-        models, poses = drafter.aligned(*slots.best(self.config.refined_per_model))
-        return Candidates(models, poses, drafter.evidence(models, poses)), made
+        judge = PoseJudge(self.library, scene, self.config.tolerance, focus)
+        models, poses = judge.aligned(*slots.best(self.config.refined_per_model))
+        return Candidates(models, poses, judge.evidence(models, poses)), made
 
     def generated(
         self, scene: SceneView, rng: np.random.Generator, whole: int | None = None
@@ -253,7 +259,7 @@ class Detector:
         return slots, int(made)
 
     def _chosen(
-        self, scene: SceneView, drafter: Drafter, candidates: Candidates
+        self, scene: SceneView, judge: PoseJudge, candidates: Candidates
     ) -> NDArray[np.int64]:
         """Return the hypotheses that stand together; those in the midst of a surface stand back."""
         config, evidence = self.config, candidates.evidence
@@ -266,7 +272,7 @@ class Detector:
             for k, index in enumerate(chosen):
                 explained = candidates.explained(np.delete(chosen, k), scene.shape)
                 model = int(candidates.models[index])
-                drawing = drafter.drawing(model, candidates.poses[index])
+                drawing = judge.drawing(model, candidates.poses[index])
                 ends, goes_on = drawing.contour(scene, explained, config.tolerance)
                 ratio = (ends + 5.0) / (ends + goes_on + 5.0)
                 factors[index] = min(factors[index], ratio**2)
@@ -277,7 +283,7 @@ class Detector:
     def _detection(
         self,
         scene: SceneView,
-        drafter: Drafter,
+        judge: PoseJudge,
         candidates: Candidates,
         chosen: NDArray[np.int64],
         k: int,
@@ -289,9 +295,9 @@ class Detector:
         models, evidence = candidates.models, candidates.evidence
         model = int(models[chosen[k]])
         explained = candidates.explained(np.delete(chosen, k), scene.shape)
-        pose, alike = drafter.best_turn(model, candidates.poses[chosen[k]].copy(), explained)
-        drafter.settle(model, pose, final=True)
-        drawing = drafter.drawing(model, pose)
+        pose, alike = judge.best_turn(model, candidates.poses[chosen[k]].copy(), explained)
+        judge.settle(model, pose, final=True)
+        drawing = judge.drawing(model, pose)
         worth = drawing.worth(explained)
         if worth < _LEFT * self.config.least_pixels:
             return None
@@ -301,7 +307,7 @@ class Detector:
         features = features_of(
             drawing,
             drawing.contour(scene, explained, self.config.tolerance),
-            drafter.lowest(model, pose, drawing),
+            judge.lowest(model, pose, drawing),
             alike,
             worth,
             rival / max(float(rivals[chosen[k]]), 1.0),

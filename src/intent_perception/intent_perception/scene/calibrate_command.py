@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from intent_perception.geometry.camera import RgbdFrame, clean_depth, read_camera
-from intent_perception.scene.camera_calibration import Calibration, Chessboard, calibrate
+from intent_perception.scene.camera_calibration import CameraCalibration, Chessboard, calibrate
 
 
 def main() -> None:
@@ -55,7 +55,7 @@ def _arguments() -> argparse.Namespace:
     return arguments
 
 
-def _calibrated(arguments: argparse.Namespace) -> Calibration | None:
+def _calibrated(arguments: argparse.Namespace) -> CameraCalibration | None:
     camera = read_camera(arguments.camera)
     size = (camera.height, camera.width)
     color = np.zeros((*size, 3), np.uint8)

@@ -81,7 +81,7 @@ class CalibrationConfig:
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class CameraCalibration:
     """Where the camera is."""
 
     T_table_camera: Array
@@ -94,7 +94,7 @@ class Calibration:
 
 def calibrate(
     frame: RgbdFrame, board: Chessboard | None = None, config: CalibrationConfig | None = None
-) -> Calibration | None:
+) -> CameraCalibration | None:
     """Return where the camera is: from the board if it is seen, else from the table's plane.
 
     Args:
@@ -110,7 +110,7 @@ def calibrate(
     if found is not None:
         return found
     T_table_camera = fit_table(frame.depth, frame.camera, config)
-    return None if T_table_camera is None else Calibration(T_table_camera, "table", 0.0)
+    return None if T_table_camera is None else CameraCalibration(T_table_camera, "table", 0.0)
 
 
 def find_board(
@@ -118,7 +118,7 @@ def find_board(
     camera: Camera,
     board: Chessboard,
     config: CalibrationConfig | None = None,
-) -> Calibration | None:
+) -> CameraCalibration | None:
     """Return where the camera is, from a chessboard of known size in its image (H, W, 3) RGB.
 
     Returns:
@@ -150,7 +150,7 @@ def find_board(
     if best is None or best[0] > config.max_error:
         return None
     T_camera_table = _upright(best[1])
-    return Calibration(inverse(T_camera_table), "chessboard", best[0])
+    return CameraCalibration(inverse(T_camera_table), "chessboard", best[0])
 
 
 def _refined(grey: NDArray[np.uint8], pixels: NDArray[np.float32], board: Chessboard) -> Array:

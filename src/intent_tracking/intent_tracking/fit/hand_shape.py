@@ -19,7 +19,7 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats
 from intent_tracking.fit.shape_equations import ShapeDirections, shape_equations
-from intent_tracking.image.frame_evidence import Evidence, Weights
+from intent_tracking.image.frame_evidence import FrameEvidence, Weights
 from intent_tracking.scene.body_state import BodyState
 from intent_tracking.scene.hand_kernel import HandArrays, hand_arrays
 from intent_tracking.scene.hand_model import SHAPE_SIZE, HandModel, Side
@@ -89,7 +89,7 @@ class HandShapeEstimate:
         self,
         hand: HandModel,
         arrays: HandArrays,
-        evidence: Evidence,
+        evidence: FrameEvidence,
         weights: Weights,
         state: BodyState,
     ) -> bool:

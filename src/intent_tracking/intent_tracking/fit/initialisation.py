@@ -17,7 +17,7 @@ from intent_tracking.fit.finger_sweep import sweep_fingers
 from intent_tracking.fit.objective import rendered_cost
 from intent_tracking.fit.refinement import refine
 from intent_tracking.hands.hand_detection import HandRegion
-from intent_tracking.image.frame_evidence import Evidence, Labelled, Prior, Weights
+from intent_tracking.image.frame_evidence import FrameEvidence, Labelled, Prior, Weights
 from intent_tracking.image.labelling import inner_pixels
 from intent_tracking.image.tile import Tile
 from intent_tracking.scene.body_state import BodyState
@@ -68,7 +68,7 @@ class InitialisationConfig:
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class HandStart:
     """One refined start."""
 
     side: Side
@@ -84,7 +84,7 @@ def region_evidence(
     skin: NDArray[np.bool_],
     region: HandRegion,
     config: InitialisationConfig,
-) -> tuple[Evidence, Labelled]:
+) -> tuple[FrameEvidence, Labelled]:
     """Return the evidence of a tile around a region of which nothing else is known.
 
     Args:
@@ -105,7 +105,7 @@ def region_evidence(
     pixels = np.flatnonzero(hand)
     if len(pixels) > config.points:
         pixels = pixels[np.linspace(0, len(pixels) - 1, config.points).astype(np.int64)]
-    evidence = Evidence(
+    evidence = FrameEvidence(
         np.ascontiguousarray(tile.points.reshape(3, -1)[:, pixels]),
         np.zeros((3, 0), np.float32),
         np.zeros(0, np.int64),
@@ -131,14 +131,14 @@ def region_evidence(
 
 
 def candidates(
-    evidence: Evidence,
+    evidence: FrameEvidence,
     seen: Labelled,
     region: HandRegion,
     hands: dict[Side, tuple[HandModel, HandArrays]],
     weights: Weights,
     config: InitialisationConfig,
     rng: np.random.Generator,
-) -> list[Candidate]:
+) -> list[HandStart]:
     """Return refined starts of every side, best first.
 
     Args:
@@ -150,7 +150,7 @@ def candidates(
         config: how many.
         rng: jitter of the starts.
     """
-    found: list[Candidate] = []
+    found: list[HandStart] = []
     for side, (model, arrays) in hands.items():
         values, rotations = _starts(region, model, config, rng)
         coarse = weights._replace(scale=np.float32(config.coarse_scale))
@@ -167,7 +167,7 @@ def candidates(
         _refine(arrays, evidence, fine, values, rotations, config.fine_iterations)
         for v, r in zip(values, rotations, strict=True):
             if np.linalg.norm(v[:3] - region.center) < config.farthest:
-                found.append(Candidate(side, BodyState(v, r), _cost(arrays, seen, v, r)))
+                found.append(HandStart(side, BodyState(v, r), _cost(arrays, seen, v, r)))
     return sorted(found, key=lambda candidate: candidate.cost)
 
 
@@ -195,7 +195,7 @@ def _starts(
 
 def _refine(
     arrays: HandArrays,
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     values: Floats,
     rotations: Floats,

@@ -31,7 +31,7 @@ from intent_tracking.fit.wrenches import (
     empty_hand,
     hand_row,
 )
-from intent_tracking.image.frame_evidence import Evidence, Prior, Weights
+from intent_tracking.image.frame_evidence import FrameEvidence, Prior, Weights
 from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, nearest_capsule, place_hand
 from intent_tracking.scene.object_kernel import ObjectArrays, distance_in_camera
 from intent_tracking.scene.state_layout import CAPSULES, HAND_SIZE, OBJECT_SIZE
@@ -39,7 +39,7 @@ from intent_tracking.scene.state_layout import CAPSULES, HAND_SIZE, OBJECT_SIZE
 
 @kernel
 def tile_pixel(
-    x: np.float32, y: np.float32, z: np.float32, evidence: Evidence
+    x: np.float32, y: np.float32, z: np.float32, evidence: FrameEvidence
 ) -> tuple[np.float32, np.float32]:
     """Return the pixel (row, column) of a point, kept one off the tile's border."""
     last = evidence.depth.shape[0] - 2
@@ -53,7 +53,7 @@ def tile_pixel(
 def add_hand_points(
     hand: HandArrays,
     buffers: HandBuffers,
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     state: Floats,
     bags: Floats,
@@ -88,7 +88,7 @@ def add_hand_points(
 @kernel
 def add_object_points(
     objects: ObjectArrays,
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     state: Floats,
     rotations: Floats,
@@ -113,7 +113,7 @@ def add_object_points(
 
 @kernel
 def image_residual(
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     x: np.float32,
     y: np.float32,
@@ -145,7 +145,7 @@ def add_hand_samples(
     hand: HandArrays,
     objects: ObjectArrays,
     buffers: HandBuffers,
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     prior: Prior,
     state: Floats,
@@ -200,7 +200,7 @@ def add_hand_samples(
 @kernel
 def add_object_samples(
     objects: ObjectArrays,
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     state: Floats,
     rotations: Floats,
@@ -238,7 +238,7 @@ def add_object_samples(
 def linearize(
     hand: HandArrays,
     objects: ObjectArrays,
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     prior: Prior,
     state: Floats,

@@ -8,7 +8,7 @@ from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.normal_equations import linearize
 from intent_tracking.fit.wrenches import WRENCH
-from intent_tracking.image.frame_evidence import Evidence, Prior, Weights
+from intent_tracking.image.frame_evidence import FrameEvidence, Prior, Weights
 from intent_tracking.scene.hand_kernel import HandArrays, new_hand_buffers, turn
 from intent_tracking.scene.object_kernel import ObjectArrays
 from intent_tracking.scene.state_layout import CAPSULES, JOINTS
@@ -68,7 +68,7 @@ def apply_step(
 def refine(
     hand: HandArrays,
     objects: ObjectArrays,
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     prior: Prior,
     states: Floats,
@@ -82,7 +82,7 @@ def refine(
     Args:
         hand: `HandArrays`.
         objects: `ObjectArrays` of K objects.
-        evidence: `Evidence` of the frame.
+        evidence: `FrameEvidence` of the frame.
         weights: `Weights`.
         prior: `Prior`, the same for all starts.
         states: (B, 26 + 6 K) starts, overwritten by the results.

@@ -15,7 +15,7 @@ from intent_perception.basics.arrays import Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_tracking.fit.normal_equations import image_residual
 from intent_tracking.fit.wrenches import hand_row
-from intent_tracking.image.frame_evidence import Evidence, Weights
+from intent_tracking.image.frame_evidence import FrameEvidence, Weights
 from intent_tracking.scene.hand_kernel import (
     HandArrays,
     HandBuffers,
@@ -92,7 +92,7 @@ def add_points(
     buffers: HandBuffers,
     slopes: Floats,
     thicker: Floats,
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     state: Floats,
     matrix: Floats,
@@ -131,7 +131,7 @@ def add_samples(
     buffers: HandBuffers,
     slopes: Floats,
     thicker: Floats,
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     state: Floats,
     matrix: Floats,
@@ -162,7 +162,7 @@ def add_samples(
 def shape_equations(
     hand: HandArrays,
     directions: ShapeDirections,
-    evidence: Evidence,
+    evidence: FrameEvidence,
     weights: Weights,
     state: Floats,
     rotation: Floats,
@@ -174,7 +174,7 @@ def shape_equations(
     Args:
         hand: `HandArrays` of the present shape.
         directions: `ShapeDirections`.
-        evidence: `Evidence`.
+        evidence: `FrameEvidence`.
         weights: `Weights`.
         state: (26,) hand.
         rotation: (3, 3) of the wrist.

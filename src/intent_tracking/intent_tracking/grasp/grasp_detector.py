@@ -20,8 +20,8 @@ from intent_perception.geometry.transforms import (
 )
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.grasp.grasp_features import (
+    GraspedShape,
     GraspFeatures,
-    ObjectGeometry,
     as_right_hand,
     grasp_features,
     hand_distances,
@@ -105,7 +105,7 @@ class GraspDetector:
     def __init__(self, database: ObjectDatabase, config: GraspConfig | None = None) -> None:
         self._config = config or GraspConfig()
         self._database = database
-        self._geometries: dict[str, ObjectGeometry | None] = {}
+        self._geometries: dict[str, GraspedShape | None] = {}
         self._window: deque[_Glance] = deque()
         self._held: str | None = None
         self._last_touch = 0
@@ -143,11 +143,11 @@ class GraspDetector:
     def _follows(self, stamp: int) -> bool:
         return 0 < stamp - self._window[-1].stamp <= self._config.gap / _NANO
 
-    def _geometry(self, model: str) -> ObjectGeometry | None:
+    def _geometry(self, model: str) -> GraspedShape | None:
         """Return the geometry of a model of the database; None for an unknown one."""
         if model not in self._geometries:
             known = model in self._database
-            self._geometries[model] = ObjectGeometry(self._database[model]) if known else None
+            self._geometries[model] = GraspedShape(self._database[model]) if known else None
         return self._geometries[model]
 
     def _look(self, state: SceneState) -> _Glance:
@@ -222,7 +222,7 @@ class GraspDetector:
 
     def _deviations(
         self,
-        geometry: ObjectGeometry,
+        geometry: GraspedShape,
         state: SceneState,
         index: int,
         pose: Array,
@@ -244,7 +244,7 @@ class GraspDetector:
 
 
 def touching_normals(
-    geometry: ObjectGeometry, T_hand_object: Array, table: JointTable, joints: Array, reach: float
+    geometry: GraspedShape, T_hand_object: Array, table: JointTable, joints: Array, reach: float
 ) -> Array:
     """Return the surface normal (K, 3) nearest to each finger that touches, and to the palm.
 
@@ -278,7 +278,7 @@ def _opposed(normals: Array, cosine: float) -> bool:
 
 
 def _described(
-    geometry: ObjectGeometry, state: SceneState, T_object_hand: Array, joints: Array
+    geometry: GraspedShape, state: SceneState, T_object_hand: Array, joints: Array
 ) -> GraspFeatures:
     """Return Table I of a grasp; of a left hand, of its mirror image."""
     if state.hand_side == "left":

@@ -49,7 +49,7 @@ class GraspFeatures:
     """(3,) edges of the box nearest to the contacts, longest first [m]."""
 
 
-class ObjectGeometry:
+class GraspedShape:
     """What the features need of an object, computed once."""
 
     def __init__(self, model: ObjectModel) -> None:
@@ -94,7 +94,7 @@ class ObjectGeometry:
 
 
 def grasp_features(
-    geometry: ObjectGeometry, T_object_hand: Array, joints: Array, table: JointTable
+    geometry: GraspedShape, T_object_hand: Array, joints: Array, table: JointTable
 ) -> GraspFeatures:
     """Return Table I of one grasp.
 
@@ -120,7 +120,7 @@ def grasp_features(
     )
 
 
-def as_right_hand(geometry: ObjectGeometry, T_object_hand: Array) -> Array:
+def as_right_hand(geometry: GraspedShape, T_object_hand: Array) -> Array:
     """Return the pose (4, 4) of the right hand that mirrors a left hand's grasp of the object."""
     flip = np.diag([1.0, -1.0, 1.0, 1.0])
     return geometry.mirror @ T_object_hand @ flip

@@ -27,7 +27,7 @@ class Labelled(NamedTuple):
     step: np.float32
 
 
-class Evidence(NamedTuple):
+class FrameEvidence(NamedTuple):
     """One frame as the refinement sees it, in the camera's frame."""
 
     hand_points: Floats

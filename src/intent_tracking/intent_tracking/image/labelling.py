@@ -15,7 +15,7 @@ from intent_tracking.image.appearance import (
     AppearanceModel,
     color_bins,
 )
-from intent_tracking.image.frame_evidence import Evidence, Labelled
+from intent_tracking.image.frame_evidence import FrameEvidence, Labelled
 from intent_tracking.image.tile import Tile
 from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, nearest_capsule
 from intent_tracking.scene.object_kernel import ObjectArrays, object_distances
@@ -135,7 +135,9 @@ def _scores(
     return scores, gap
 
 
-def evidence_of(tile: Tile, pixels: Pixels, config: LabellingConfig) -> tuple[Evidence, Labelled]:
+def evidence_of(
+    tile: Tile, pixels: Pixels, config: LabellingConfig
+) -> tuple[FrameEvidence, Labelled]:
     """Return what the refinement and the rendered costs need of a labelled tile."""
     hand = _cleaned(pixels.label == OF_HAND)
     thing = _cleaned(pixels.label >= OF_OBJECT)
@@ -148,7 +150,7 @@ def evidence_of(tile: Tile, pixels: Pixels, config: LabellingConfig) -> tuple[Ev
     hand_pixels = _spread(np.flatnonzero(hand & (tile.depth > 0)), config.hand_points)
     thing_pixels = _spread(np.flatnonzero(thing & (tile.depth > 0)), config.object_points)
     owners = np.maximum(pixels.label.ravel()[thing_pixels], 0).astype(np.int64)
-    evidence = Evidence(
+    evidence = FrameEvidence(
         np.ascontiguousarray(points[:, hand_pixels]),
         np.ascontiguousarray(points[:, thing_pixels]),
         owners,

@@ -7,7 +7,7 @@ import numpy as np
 from intent_perception.basics.arrays import Floats
 from intent_perception.geometry.camera import RgbdFrame
 from intent_tracking.fit.hand_shape import shaped_hand
-from intent_tracking.fit.initialisation import Candidate, candidates, region_evidence
+from intent_tracking.fit.initialisation import HandStart, candidates, region_evidence
 from intent_tracking.hands.hand_detection import (
     background_pixels,
     coarse_tile,
@@ -63,12 +63,12 @@ class HandFinder:
         other = background_pixels(tile, depth, self._around.table, config)
         self._around.appearance.learn(BACKGROUND, color_bins(tile.color)[other])
 
-    def starts(self, frame: RgbdFrame, search: Search) -> list[Candidate]:
+    def starts(self, frame: RgbdFrame, search: Search) -> list[HandStart]:
         """Return refined starts of the given sides in a frame, best first."""
         config, around, track = self._config, self._around, search.track
         tile = coarse_tile(frame, config.detection.size)
         depth = track.drawn(self._everything, track.state, tile)
-        found: list[Candidate] = []
+        found: list[HandStart] = []
         hands = {side: (hand, shaped_hand(side, hand.shape)) for side, hand in search.hands.items()}
         rng = np.random.default_rng([config.seed, search.number])
         moves = around.table is not None and search.number >= config.still_frames

@@ -7,7 +7,7 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats
 from intent_tracking.image.appearance import AppearanceModel
-from intent_tracking.image.frame_evidence import Evidence, Labelled, Prior
+from intent_tracking.image.frame_evidence import FrameEvidence, Labelled, Prior
 from intent_tracking.image.labelling import Pixels
 from intent_tracking.image.tile import Tile
 from intent_tracking.scene.body_state import BodyState
@@ -33,7 +33,7 @@ class View:
 
     tile: Tile
     pixels: Pixels
-    evidence: Evidence
+    evidence: FrameEvidence
     seen: Labelled
 
 

@@ -11,7 +11,7 @@ from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.fit.hand_shape import HandShapeEstimate, shaped_hand
-from intent_tracking.fit.initialisation import Candidate
+from intent_tracking.fit.initialisation import HandStart
 from intent_tracking.image.appearance import AppearanceModel
 from intent_tracking.image.labelling import OF_HAND
 from intent_tracking.scene.body_state import BodyState, start_state
@@ -225,7 +225,7 @@ class Tracker:
             return False
         early = self._around.table is not None and self._frames < self.config.still_frames
         limit = self.config.first_cost if early else self.config.accept_cost
-        best: dict[Side, Candidate] = {}
+        best: dict[Side, HandStart] = {}
         for candidate in found:
             best.setdefault(candidate.side, candidate)
         for side, candidate in best.items():
@@ -242,7 +242,7 @@ class Tracker:
         side = leader.track.hand.side
         young = leader.age <= max(self.config.young_trials)
         sides: tuple[Side, ...] = ("right", "left") if young else (side,)
-        best: dict[Side, Candidate] = {}
+        best: dict[Side, HandStart] = {}
         place = leader.track.state.values[:3]
         for candidate in self._starts(frame, sides):
             apart = float(np.linalg.norm(candidate.state.values[:3] - place))
@@ -256,7 +256,7 @@ class Tracker:
                 self._hypotheses = [rival]
                 leader = rival
 
-    def _rival(self, leader: Hypothesis, candidate: Candidate, frame: RgbdFrame) -> Hypothesis:
+    def _rival(self, leader: Hypothesis, candidate: HandStart, frame: RgbdFrame) -> Hypothesis:
         """Return what the leader would be with another start of the hand."""
         state = leader.track.state.replaced([], candidate.state)
         rival = self._hypothesis(candidate.side, state, leader.mean_cost)
@@ -269,7 +269,7 @@ class Tracker:
         rival.fit, rival.active = fit, leader.active
         return rival
 
-    def _starts(self, frame: RgbdFrame, sides: tuple[Side, ...]) -> list[Candidate]:
+    def _starts(self, frame: RgbdFrame, sides: tuple[Side, ...]) -> list[HandStart]:
         """Return refined starts of the given sides in a frame, best first."""
         leader = self._hypotheses[0].track if self._hypotheses else None
         search = Search(

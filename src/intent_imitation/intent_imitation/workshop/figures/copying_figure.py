@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from intent_imitation.demo.hand_mesh import hand_mesh
-from intent_imitation.demo.mesh_pictures import Body, Image, Tag, annotate, studio, write_image
+from intent_imitation.demo.mesh_pictures import DrawnBody, Image, Tag, annotate, studio, write_image
 from intent_imitation.demo.panels import MARKED_COLOR, OBJECT_COLORS, mosaic
 from intent_imitation.planner.plan import GraspCandidate
 from intent_imitation.planner.planner import GraspPlanner
@@ -87,8 +87,10 @@ def _first_row(model: ObjectModel, human: LabelledGrasps, row: int, task: str) -
     table = GraspingHand.load("human").table
     rest = model.stable_poses[0]
     bodies = [
-        Body(model.mesh, rest, OBJECT_COLORS[0]),
-        Body(hand_mesh(table, human.grasp_joints[row]), rest @ human.T_object_hand[row], _SKIN),
+        DrawnBody(model.mesh, rest, OBJECT_COLORS[0]),
+        DrawnBody(
+            hand_mesh(table, human.grasp_joints[row]), rest @ human.T_object_hand[row], _SKIN
+        ),
     ]
     middle = rest[:3, 3] + np.array([0.0, 0.0, 0.03])
     tiles = []
@@ -103,7 +105,7 @@ def _first_row(model: ObjectModel, human: LabelledGrasps, row: int, task: str) -
 def _table_seen(scene: Scene, chosen: int) -> Image:
     """Draw the robot's table, the object that it chooses in green."""
     bodies = [
-        Body(model.mesh, pose, MARKED_COLOR if k == chosen else OBJECT_COLORS[k])
+        DrawnBody(model.mesh, pose, MARKED_COLOR if k == chosen else OBJECT_COLORS[k])
         for k, (model, pose) in enumerate(zip(scene.models, scene.T_table_objects, strict=True))
     ]
     middle = scene.T_table_objects[:, :3, 3].mean(axis=0)

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from intent_imitation.demo.hand_mesh import capsule_mesh, hand_mesh
-from intent_imitation.demo.mesh_pictures import Body, Image, Tag, annotate, studio, write_image
+from intent_imitation.demo.mesh_pictures import DrawnBody, Image, Tag, annotate, studio, write_image
 from intent_inference.grasping.schunk import schunk_hand
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera
@@ -37,11 +37,13 @@ def frame_picture(table: JointTable, joints: Array, color: tuple[float, ...], ey
     centre = np.mean(mesh.bounds, axis=0)
     T_base_camera = look_at(centre + eye, centre, np.array([0.0, 0.0, 1.0]))
     length = 0.16
-    bodies = [Body(mesh, np.eye(4), (color[0], color[1], color[2]))]
+    bodies = [DrawnBody(mesh, np.eye(4), (color[0], color[1], color[2]))]
     tags = []
     for axis, (name, paint) in enumerate(_AXES.items()):
         tip = length * np.eye(3)[axis]
-        bodies.append(Body(capsule_mesh(np.stack([np.zeros(3), tip]), 0.0025), np.eye(4), paint))
+        bodies.append(
+            DrawnBody(capsule_mesh(np.stack([np.zeros(3), tip]), 0.0025), np.eye(4), paint)
+        )
         pixel = camera.project(transform_points(inverse(T_base_camera), tip[None] * 1.06))[0]
         tags.append(Tag(name, paint, (float(pixel[0]), float(pixel[1]))))
     picture = studio(camera, T_base_camera, bodies, table=None)

@@ -22,7 +22,7 @@ from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp,
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
-from intent_tracking.grasp.grasp_features import ObjectGeometry
+from intent_tracking.grasp.grasp_features import GraspedShape
 
 _SHIFT, _TURN = 0.03, 0.5
 """A wrist shift [m] and a turn [rad] that count as equally different."""
@@ -66,7 +66,7 @@ def set_of(
     distinct = without_duplicates(poses, joints, list(np.argsort(-stability, kind="stable")))
     rows = distinct[varied(poses[distinct], stability[distinct], count)]
     return grasp_set(
-        ObjectGeometry(model),
+        GraspedShape(model),
         hand,
         poses[rows],
         np.array([held[row].approach for row in rows]).reshape(-1, 3),

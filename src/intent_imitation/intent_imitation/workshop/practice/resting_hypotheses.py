@@ -12,7 +12,7 @@ import numpy as np
 from intent_imitation.planner.collision import Obstacle, clearances, hand_spheres
 from intent_inference.grasping.autograsp import ClosedGrasp, close_hand
 from intent_inference.grasping.contacts import Contacts, gravity_residual, opposed, touching
-from intent_inference.grasping.grasp_hypotheses import Hypothesis
+from intent_inference.grasping.grasp_hypotheses import GraspHypothesis
 from intent_inference.grasping.grasping_hand import GraspingHand, Preshape
 from intent_inference.grasping.task_object import TaskObject
 from intent_perception.basics.arrays import Array
@@ -44,7 +44,7 @@ class TabletopConfig:
 class RestingGrasp:
     """A grasp of an object at rest that passed the static filter."""
 
-    hypothesis: Hypothesis
+    hypothesis: GraspHypothesis
     grasp: ClosedGrasp
     contacts: Contacts
     residual: float
@@ -56,7 +56,7 @@ def tabletop_hypotheses(
     T_table_object: Array,
     rng: np.random.Generator,
     config: TabletopConfig,
-) -> Iterator[Hypothesis]:
+) -> Iterator[GraspHypothesis]:
     """Yield endless hypotheses in the object frame for an object at a pose on the table.
 
     Args:
@@ -76,7 +76,7 @@ def tabletop_hypotheses(
         if frame is not None:
             start, travel = _way(hand, preshape, box, approach, frame, target, rng, config)
             T_object_table = inverse(T_table_object)
-            yield Hypothesis(
+            yield GraspHypothesis(
                 preshape.name,
                 T_object_table @ start,
                 T_object_table[:3, :3] @ approach,
@@ -138,7 +138,7 @@ def room_on_table(
 
 
 def _examined(
-    target: TaskObject, hand: GraspingHand, hypothesis: Hypothesis, config: TabletopConfig
+    target: TaskObject, hand: GraspingHand, hypothesis: GraspHypothesis, config: TabletopConfig
 ) -> RestingGrasp | None:
     """Return the closed grasp if opposed contacts can hold the weight from all sides."""
     grasp = close_hand(hand, target.field, hypothesis)[1]

@@ -8,7 +8,7 @@ import numpy as np
 
 from intent_imitation.planner.plan import GraspCandidate
 from intent_inference.grasping.autograsp import close_hand
-from intent_inference.grasping.grasp_hypotheses import Hypothesis
+from intent_inference.grasping.grasp_hypotheses import GraspHypothesis
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_perception.basics.arrays import Array
@@ -48,7 +48,7 @@ def copied_grasp(
     approach = rotation @ shape.approach
     final = make_pose(rotation, held - rotation @ shape.center)
     start = make_pose(rotation, final[:3, 3] - back * approach)
-    hypothesis = Hypothesis(shape.name, start, approach, back, shape.open, shape.rates)
+    hypothesis = GraspHypothesis(shape.name, start, approach, back, shape.open, shape.rates)
     grasp = close_hand(hand, target.field, hypothesis)[1]
     if grasp is None:
         return None

@@ -6,7 +6,7 @@ import numpy as np
 
 from intent_imitation.demo.grasp_pictures import ROBOT_COLOR
 from intent_imitation.demo.hand_mesh import hand_mesh
-from intent_imitation.demo.mesh_pictures import Body, Image, Tag, annotate, studio
+from intent_imitation.demo.mesh_pictures import DrawnBody, Image, Tag, annotate, studio
 from intent_imitation.demo.panels import MARKED_COLOR, OBJECT_COLORS, mosaic
 from intent_imitation.workshop.trials.execution import Outcome, Snapshot
 from intent_inference.grasping.grasping_hand import GraspingHand
@@ -50,13 +50,13 @@ def picture_of_execution(
 
 def _bodies(
     snapshot: Snapshot, hand: GraspingHand, models: Sequence[ObjectModel], target: int
-) -> list[Body]:
+) -> list[DrawnBody]:
     """Return hand and objects of a snapshot; the target is green."""
     placed: list[tuple[ObjectModel, Array]] = list(
         zip(models, snapshot.T_table_objects, strict=True)
     )
-    bodies = [Body(hand_mesh(hand.table, snapshot.joints), snapshot.T_table_hand, ROBOT_COLOR)]
+    bodies = [DrawnBody(hand_mesh(hand.table, snapshot.joints), snapshot.T_table_hand, ROBOT_COLOR)]
     for index, (model, pose) in enumerate(placed):
         color = MARKED_COLOR if index == target else OBJECT_COLORS[index % len(OBJECT_COLORS)]
-        bodies.append(Body(model.mesh, pose, color))
+        bodies.append(DrawnBody(model.mesh, pose, color))
     return bodies

@@ -18,7 +18,7 @@ import numpy as np
 
 from intent_imitation.planner.grasp_library import GraspLibrary
 from intent_imitation.workshop.trials.network_grasps import compared
-from intent_imitation.workshop.trials.trials import TASKS, Laboratory, Trial, run_trial
+from intent_imitation.workshop.trials.trials import TASKS, Laboratory, TableTrial, run_trial
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.network.model_file import shipped_model
 from intent_perception.objects.database import ObjectDatabase
@@ -53,7 +53,7 @@ def choices(seed: int, quick: bool, pictures: Path | None) -> dict[str, Any]:
     }
 
 
-def rates(trials: Sequence[Trial]) -> dict[str, Any]:
+def rates(trials: Sequence[TableTrial]) -> dict[str, Any]:
     """Return the figures over some trials; None where nothing counts."""
     fitting = [t for t in trials if t.fitting]
     empty = [t for t in trials if not t.fitting]

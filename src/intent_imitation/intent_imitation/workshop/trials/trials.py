@@ -35,7 +35,7 @@ TASKS = tuple(FITTING)
 
 
 @dataclass(frozen=True)
-class Trial:
+class TableTrial:
     """What happened on one table; None where it does not apply."""
 
     task: str
@@ -107,7 +107,7 @@ class Laboratory:
 
 def run_trial(
     laboratory: Laboratory, scene: Scene, rng: np.random.Generator, copying: bool = True
-) -> Trial:
+) -> TableTrial:
     """Plan on one table, judge the choice, carry out the grasp and the human's posture.
 
     Args:
@@ -129,14 +129,14 @@ def run_trial(
     strange = 2 * sum(scene.unseen) >= len(scene.unseen)
     if not plan.grasps:
         hidden = any(u and a for u, a in zip(scene.unseen, affording, strict=True))
-        blank = Trial(scene.task, any(affording), hidden, strange, True, seconds)
+        blank = TableTrial(scene.task, any(affording), hidden, strange, True, seconds)
         if not any(affording):
             return blank
         told, guessed = (affording[rival] for rival in rivals)
         return replace(blank, correct=False, class_only=told, class_guessed=guessed)
     index = [item.id for item in objects.objects].index(plan.grasps[0].object_id)
     outcome, rule = executed(laboratory, scene, plan.grasps[0], index, "chosen")
-    trial = Trial(
+    trial = TableTrial(
         scene.task,
         any(affording),
         scene.unseen[index],

@@ -10,7 +10,7 @@ from intent_inference.quantisation.variables import OBJECT_CLASS
 from intent_inference.workshop.evaluation.protocol import (
     MASKS,
     ProtocolConfig,
-    Trial,
+    SplitTrial,
     folds,
     group_splits,
     held_out_calibration,
@@ -58,7 +58,7 @@ def evaluation_report(
     """
     rng = np.random.default_rng(config.seed)
     report: dict[str, Any] = {"rows": table.rows, "table_2": table_2(table)}
-    trials: list[Trial] = []
+    trials: list[SplitTrial] = []
     for number, split in enumerate(random_splits(table, config.trials, protocol.share, rng)):
         trials.append(run_trial(table, split, config.seed + number, protocol))
         progress(f"random split {number + 1} of {config.trials}: {_brief(table, trials[-1])}")
@@ -96,7 +96,7 @@ def table_2(table: GraspTable) -> dict[str, dict[str, int]]:
     return result
 
 
-def _collect(table: GraspTable, trials: Sequence[Trial]) -> Scores:
+def _collect(table: GraspTable, trials: Sequence[SplitTrial]) -> Scores:
     scores: Scores = {}
     for trial in trials:
         for key, values in trial_scores(table, trial).items():
@@ -106,7 +106,7 @@ def _collect(table: GraspTable, trials: Sequence[Trial]) -> Scores:
 
 
 def _task_report(
-    table: GraspTable, trials: Sequence[Trial], scores: Scores
+    table: GraspTable, trials: Sequence[SplitTrial], scores: Scores
 ) -> dict[str, dict[str, Any]]:
     result: dict[str, dict[str, Any]] = {}
     for task in table.labels:
@@ -144,7 +144,7 @@ def _means(scores: Scores, tasks: tuple[str, ...]) -> dict[str, dict[str, dict[s
     return result
 
 
-def _brief(table: GraspTable, trial: Trial) -> str:
+def _brief(table: GraspTable, trial: SplitTrial) -> str:
     """Return the mean AUC (and ours within classes) of each method in one trial."""
     means = _means(_collect(table, [trial]), tuple(table.labels))
     figures = [f"{m} {mask} {v['auc']:.4f}" for m, own in means.items() for mask, v in own.items()]
@@ -156,7 +156,7 @@ def _unseen(
     table: GraspTable, protocol: ProtocolConfig, config: ReportConfig, rng: np.random.Generator,
     progress: Progress,
 ) -> dict[str, Any]:  # fmt: skip
-    trials: list[Trial] = []
+    trials: list[SplitTrial] = []
     protocol = replace(protocol, recipes=False)
     splits = group_splits(table, config.group, config.group_trials, protocol.share, rng)
     for number, split in enumerate(splits):

@@ -10,12 +10,12 @@ from intent_inference.network.conditional_tables import DirichletPrior
 from intent_inference.network.probability_calibration import sigmoid
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import Features
-from intent_inference.quantisation.soft_evidence import Evidence
+from intent_inference.quantisation.soft_evidence import SoftEvidence
 from intent_inference.quantisation.variables import OBJECT_CLASS, split_observed
 from intent_inference.workshop.evaluation.baselines import boosting, class_only
 from intent_inference.workshop.evaluation.scores import auc, auc_within, calibration_error, roc
 from intent_inference.workshop.training.fitting import (
-    Recipe,
+    NetworkRecipe,
     TrainingConfig,
     balancing_weights,
     train,
@@ -27,7 +27,7 @@ Rows = NDArray[np.int64]
 
 MASKS = ("full", "partial", "partial_fig5", "position")
 """Sets of observed variables that are scored; see `split_observed`."""
-PAPER = Recipe("paper", "paper", prior=DirichletPrior(5.0, back_off=False), balanced=True)
+PAPER = NetworkRecipe("paper", "paper", prior=DirichletPrior(5.0, back_off=False), balanced=True)
 """Spanning tree, then greedy BIC; K by Davies-Bouldin and BIC; soft counts of balanced rows."""
 HARD = replace(PAPER, hard=True)
 """The same, each value counted for and read as its likeliest state alone."""
@@ -47,7 +47,7 @@ class ProtocolConfig:
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
+class SplitTrial:
     """Held-out predictions of one split."""
 
     rows: dict[str, Rows]
@@ -102,7 +102,7 @@ def folds(rows: int, parts: int, rng: np.random.Generator) -> Iterator[tuple[Row
 def run_trial(
     table: GraspTable, split: tuple[Rows, Rows], seed: int, config: ProtocolConfig,
     masks: Sequence[str] = MASKS,
-) -> Trial:  # fmt: skip
+) -> SplitTrial:  # fmt: skip
     """Return the predictions for one split's test rows.
 
     Args:
@@ -138,10 +138,10 @@ def run_trial(
             compared = _compared(part, test, observed[mask])
             for (method, task), values in compared.items():
                 probability[method, task, mask] = values[rows[task]]
-    return Trial({task: split[1][own] for task, own in rows.items()}, probability)
+    return SplitTrial({task: split[1][own] for task, own in rows.items()}, probability)
 
 
-def _recipes(model: TaskModel, evidence: Evidence) -> dict[str, Array]:
+def _recipes(model: TaskModel, evidence: SoftEvidence) -> dict[str, Array]:
     """Return the probabilities (N, T) of the recipes compared: PAPER, HARD, then ours but hard."""
     sharp = hardened_evidence(model, evidence)
     paper = _part(model, slice(0, 1)).log_odds(evidence)
@@ -159,7 +159,7 @@ def _part(model: TaskModel, members: slice) -> TaskModel:
     return TaskModel(model.classes, model.variables, model.quantisers, networks, {})
 
 
-def hardened_evidence(model: TaskModel, evidence: Evidence) -> Evidence:
+def hardened_evidence(model: TaskModel, evidence: SoftEvidence) -> SoftEvidence:
     """Return the evidence with one state, the likeliest, in each block (hard discretisation)."""
     likelihoods = evidence.likelihoods.copy()
     for position, key in enumerate(model.bank.keys):
@@ -170,7 +170,7 @@ def hardened_evidence(model: TaskModel, evidence: Evidence) -> Evidence:
             weights = model.quantisers[key].mixture.weights
             block = block * weights
         likelihoods[seen, start : start + size] = np.eye(size)[block.argmax(axis=1)]
-    return Evidence(likelihoods, np.zeros_like(evidence.log_scale), evidence.observed)
+    return SoftEvidence(likelihoods, np.zeros_like(evidence.log_scale), evidence.observed)
 
 
 def _compared(
@@ -187,7 +187,9 @@ def _compared(
     return result
 
 
-def trial_scores(table: GraspTable, trial: Trial) -> dict[tuple[str, str, str], dict[str, float]]:
+def trial_scores(
+    table: GraspTable, trial: SplitTrial
+) -> dict[tuple[str, str, str], dict[str, float]]:
     """Return AUC and within-class AUC of every (method, task, mask) of a trial."""
     classes = table.features.get(OBJECT_CLASS, np.zeros(table.rows, dtype=str)).astype(str)
     result = {}
@@ -201,14 +203,14 @@ def trial_scores(table: GraspTable, trial: Trial) -> dict[tuple[str, str, str], 
     return result
 
 
-def trial_roc(table: GraspTable, trial: Trial, task: str, mask: str) -> Array:
+def trial_roc(table: GraspTable, trial: SplitTrial, task: str, mask: str) -> Array:
     """Return our ROC curve of a trial on `ROC_GRID`."""
     labels = table.labels[task][trial.rows[task]]
     return roc(labels, trial.probability["ours", task, mask])
 
 
 def held_out_calibration(
-    table: GraspTable, trials: Sequence[Trial]
+    table: GraspTable, trials: Sequence[SplitTrial]
 ) -> dict[tuple[str, str], float]:
     """Return the calibration error of (task, mask); every row is predicted once.
 

@@ -20,7 +20,7 @@ from intent_inference.workshop.simulation.labels import TASKS, label_grasp
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.objects.model import Functions, ObjectModel, Part
-from intent_perception.workshop.things.designed_object import Draft, finish
+from intent_perception.workshop.things.designed_object import DesignedObject, finish
 from intent_perception.workshop.things.object_catalogue import MAKERS
 from intent_tracking.workshop.person.acting.person_grasp import Grasp, Taker
 from intent_tracking.workshop.person.acting.reaching import Reach, plan_reaches
@@ -33,7 +33,7 @@ from intent_tracking.workshop.person.acting.script import (
     sample_spots,
 )
 from intent_tracking.workshop.person.body.felt_solid import graspable
-from intent_tracking.workshop.person.body.person_arm import Body
+from intent_tracking.workshop.person.body.person_arm import PersonBody
 from intent_tracking.workshop.person.body.person_hand import sample_hand
 from intent_tracking.workshop.person.body.skin import Skin, make_skin
 
@@ -74,7 +74,7 @@ class _Lesson:
     target: TaskObject
     skin: Skin
     taker: Taker
-    body: Body
+    body: PersonBody
     reaches: tuple[tuple[str, Reach], ...]
     """Purpose and grasp of each demonstration."""
 
@@ -185,7 +185,7 @@ def stretched(model_class: str, index: int, rng: np.random.Generator, name: str)
     )
 
 
-def _stretched_functions(draft: Draft, factor: Array) -> Functions:
+def _stretched_functions(draft: DesignedObject, factor: Array) -> Functions:
     functions = draft.functions
     opening, edge, face, tip = functions.opening, functions.edge, functions.face, functions.tip
     if opening is not None:

@@ -23,7 +23,7 @@ from intent_perception.geometry.transforms import (
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.grasp.grasp_detector import GraspDetector, StableGrasp
-from intent_tracking.grasp.grasp_features import ObjectGeometry
+from intent_tracking.grasp.grasp_features import GraspedShape
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.tracker.tracker import Tracker
 from intent_tracking.workshop.person.acting.script import Script
@@ -145,7 +145,7 @@ def _grasp_row(seed: int, shown: Showing, grasp: StableGrasp) -> Row:
     return row
 
 
-def _reach_row(seed: int, geometry: ObjectGeometry, state: SceneState, progress: float) -> Row:
+def _reach_row(seed: int, geometry: GraspedShape, state: SceneState, progress: float) -> Row:
     row: Row = {"demonstration": str(seed), "progress": progress, "stamp": state.stamp * 1e-9}
     palm = transform_points(state.T_table_hand, palm_of(state.hand_side))
     row["gap"] = palm_gap(geometry, state.T_table_objects[0], palm)

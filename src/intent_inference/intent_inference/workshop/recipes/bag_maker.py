@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from intent_inference.workshop.recipes.bag_recipes import RECIPES, ROBOT_TABLE, Recipe
+from intent_inference.workshop.recipes.bag_recipes import RECIPES, ROBOT_TABLE, BagRecipe
 from intent_inference.workshop.recipes.demonstrated_labels import label_row, task_labels
 from intent_inference.workshop.recipes.own_models import own_models, write_models
 from intent_inference.workshop.simulation.labels import TASKS
@@ -30,7 +30,7 @@ from intent_tracking.workshop.person.body.skin import make_skin
 from intent_tracking.workshop.person.filming.film import Set, all_seen, film, sample_set, still_life
 
 
-def make_bag(recipe: Recipe, seed: int, folder: Path) -> str:
+def make_bag(recipe: BagRecipe, seed: int, folder: Path) -> str:
     """Write one bag with its truth; return a line about it."""
     models = _models()
     scenario = recipe.scenario
@@ -79,7 +79,7 @@ def _models() -> dict[str, ObjectModel]:
 
 def _write_truth(
     folder: Path,
-    recipe: Recipe,
+    recipe: BagRecipe,
     script: Script,
     stamps: np.ndarray,
     truths: list[tuple[Any, ...]],

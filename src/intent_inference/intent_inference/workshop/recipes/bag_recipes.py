@@ -7,7 +7,7 @@ from intent_tracking.workshop.person.acting.task_moves import Pace
 
 
 @dataclass(frozen=True)
-class Recipe:
+class BagRecipe:
     """One bag."""
 
     scenario: Scenario
@@ -24,9 +24,9 @@ _BRISK = Pace(reach=24, approach=7, close=7, hold=12, task=24)
 def _one(
     name: str, model: str, task: str, others: tuple[str, ...], seed: int, *, side: str = "right",
     hesitate: int = 0, pass_by: bool = False, own: bool = False, pace: Pace | None = None,
-) -> Recipe:  # fmt: skip
+) -> BagRecipe:  # fmt: skip
     scenario = Scenario(name, (Act(model, task),), others, side, hesitate, pass_by, pace or Pace())
-    return Recipe(scenario, seed, (model,) if own else ())
+    return BagRecipe(scenario, seed, (model,) if own else ())
 
 
 RECIPES = (
@@ -44,9 +44,9 @@ RECIPES = (
     _one("turn_screwdriver", "screwdriver_0", "tool-use", ("hammer_3", "can"), 22, side="left"),
     _one("give_screwdriver", "screwdriver_0", "hand-over", ("bottle_1",), 23),
     _one("pour_bottle_left", "bottle_2", "pouring", ("mug_1", "book"), 24, side="left", hesitate=6),
-    Recipe(Scenario("pour_then_give", (Act("bottle_3", "pouring"), Act("glass_1", "hand-over")),
+    BagRecipe(Scenario("pour_then_give", (Act("bottle_3", "pouring"), Act("glass_1", "hand-over")),
                     ("ball",), pace=Pace(20, 0, 7, 6, 12, 12)), 25),
-    Recipe(Scenario("no_grasp", (Act("bottle_4", "pouring", grasped=False),
+    BagRecipe(Scenario("no_grasp", (Act("bottle_4", "pouring", grasped=False),
                                  Act("mug_5", "pouring", grasped=False)), ("can",)), 26),
     _one("unknown_object", "toy_car", "hand-over", ("bottle_6", "glass_5"), 27),
     _one("own_mug", "my_mug", "pouring", ("screwdriver_4", "ball"), 28, own=True),

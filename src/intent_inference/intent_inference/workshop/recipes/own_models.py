@@ -8,7 +8,7 @@ import yaml
 
 from intent_perception.objects.loading import write_parts
 from intent_perception.objects.model import Functions, ObjectModel, Opening
-from intent_perception.workshop.things.designed_object import AXIS, NOTHING, Draft, finish
+from intent_perception.workshop.things.designed_object import AXIS, NOTHING, DesignedObject, finish
 from intent_perception.workshop.things.solids import (
     loft,
     loft_parts,
@@ -26,7 +26,7 @@ def own_models() -> tuple[ObjectModel, ...]:
     return finish(_cup(), "my_mug", "mug"), finish(_flask(), "my_bottle", "bottle")
 
 
-def _cup() -> Draft:
+def _cup() -> DesignedObject:
     profile = [(0.0, 0.031), (0.004, 0.035), (0.035, 0.0385), (0.075, 0.0400), (0.108, 0.0415)]
     sections = rounded([row(z, r) for z, r in profile])
     body = vessel(sections, 0.004, 0.006)
@@ -37,7 +37,7 @@ def _cup() -> Draft:
     parts = list(body.parts)
     for start in range(0, 28, 4):
         parts += loft_parts("handle", rings[start : start + 5, ::2], 0.2)
-    return Draft(
+    return DesignedObject(
         mesh=union([body.mesh, loft(rings)]),
         parts=tuple(parts),
         functions=_poured_from(0.108, body.radius, ("handle",)),
@@ -45,7 +45,7 @@ def _cup() -> Draft:
     )  # fmt: skip
 
 
-def _flask() -> Draft:
+def _flask() -> DesignedObject:
     profile = [(0.0, 0.033), (0.005, 0.036), (0.080, 0.0345), (0.120, 0.030), (0.150, 0.0165),
                (0.175, 0.0145), (0.180, 0.0175), (0.200, 0.0170)]  # fmt: skip
     sections = rounded([row(z, r) for z, r in profile])
@@ -54,7 +54,7 @@ def _flask() -> Draft:
     parts = []
     for name, low, high in zip(("body", "shoulder", "neck"), cuts[:-1], cuts[1:], strict=True):
         parts += loft_parts(name, coarse[low : high + 1])
-    return Draft(
+    return DesignedObject(
         mesh=loft(rings), parts=tuple(parts), functions=_poured_from(0.200, 0.015, ()),
         symmetry=AXIS, mass=0.45, friction=0.6, color=(0.75, 0.55, 0.15), upright=True,
     )  # fmt: skip

@@ -10,8 +10,8 @@ import numpy as np
 
 from intent_inference.grasping.autograsp import Fate
 from intent_inference.grasping.contacts import Contacts
-from intent_inference.grasping.grasp_candidates import Candidate, CandidateSource, FilterConfig
-from intent_inference.grasping.grasp_hypotheses import Hypothesis
+from intent_inference.grasping.grasp_candidates import CandidateSource, FilterConfig, TriedGrasp
+from intent_inference.grasping.grasp_hypotheses import GraspHypothesis
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.labels import (
@@ -162,7 +162,7 @@ class GraspGenerator:
             return ""
         return str(self._rng.choice(list(wanted), p=[share / total for share in wanted.values()]))
 
-    def _suits(self, hypothesis: Hypothesis) -> bool:
+    def _suits(self, hypothesis: GraspHypothesis) -> bool:
         """Return whether a hypothesis might afford the task aimed at.
 
         It has the task's orientation; a tool is also aimed at by its handle.
@@ -175,7 +175,7 @@ class GraspGenerator:
             return True
         return self.target.on_handle(aim)
 
-    def _choose(self, candidates: list[Candidate]) -> list[Candidate]:
+    def _choose(self, candidates: list[TriedGrasp]) -> list[TriedGrasp]:
         """Return the candidates that are worth a shake: those with the traits most missed."""
         config, traits = self._config, self._needs.traits
         having = np.zeros((len(candidates), len(traits)))
@@ -222,7 +222,7 @@ class GraspGenerator:
             traits.append(_ON_HANDLE)
         return traits
 
-    def _shaken(self, candidate: Candidate) -> SimulatedGrasp:
+    def _shaken(self, candidate: TriedGrasp) -> SimulatedGrasp:
         grasp = candidate.grasp
         result = self._test.run(grasp)
         self.fates[Fate.NOT_SHAKEN] -= 1
@@ -265,7 +265,7 @@ def plan_grasps(
     return tuple(held[:count])
 
 
-def _simulated(name: str, candidate: Candidate, result: ShakenGrasp) -> SimulatedGrasp:
+def _simulated(name: str, candidate: TriedGrasp, result: ShakenGrasp) -> SimulatedGrasp:
     contacts = result.contacts
     return SimulatedGrasp(
         name,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_inference.network.conditional_tables import DirichletPrior, soft_counts
-from intent_inference.network.probability_calibration import Calibration, fit_calibration
+from intent_inference.network.probability_calibration import OddsCalibration, fit_calibration
 from intent_inference.network.structure import TASK, Assignments, learn_structure
 from intent_inference.network.task_model import Member, TaskModel, TaskNetworks
 from intent_inference.quantisation.feature_table import (
@@ -33,7 +33,7 @@ _FEWEST = 10
 
 
 @dataclass(frozen=True)
-class Recipe:
+class NetworkRecipe:
     """One network of the average."""
 
     structure: str
@@ -58,10 +58,10 @@ class Recipe:
 
 
 DEFAULT_RECIPES = (
-    Recipe("class-tan", "information"),
-    Recipe("class-tan", "24"),
-    Recipe("tan", "24"),
-    Recipe("class-tan", "24", without=("dir",)),
+    NetworkRecipe("class-tan", "information"),
+    NetworkRecipe("class-tan", "24"),
+    NetworkRecipe("tan", "24"),
+    NetworkRecipe("class-tan", "24", without=("dir",)),
 )
 
 
@@ -69,7 +69,7 @@ DEFAULT_RECIPES = (
 class TrainingConfig:
     """How a model is trained."""
 
-    recipes: tuple[Recipe, ...] = DEFAULT_RECIPES
+    recipes: tuple[NetworkRecipe, ...] = DEFAULT_RECIPES
     """The networks of each task whose answers are joined."""
     quantisation: QuantisationConfig = field(default_factory=QuantisationConfig)
     folds: int = 5
@@ -78,7 +78,7 @@ class TrainingConfig:
     """Most rows per task; of more, the rarer label is kept."""
     masks: tuple[str, ...] | None = None
     """Sets of observed variables to calibrate for (names of `split_observed`); None: all."""
-    compared: tuple[Recipe, ...] = ()
+    compared: tuple[NetworkRecipe, ...] = ()
     """Further networks that take no part in the answer (evaluation)."""
 
     def __post_init__(self) -> None:
@@ -246,7 +246,7 @@ def fit_networks(
     assignments: Assignments,
     labels: Array,
     quantisations: dict[str, Quantisation],
-    recipes: Sequence[Recipe],
+    recipes: Sequence[NetworkRecipe],
     rng: np.random.Generator,
 ) -> TaskNetworks:
     """Return one task's networks, not yet calibrated.
@@ -303,7 +303,7 @@ def calibrations_of(
     rng: np.random.Generator,
     folds: int,
     masks: dict[str, tuple[str, ...]],
-) -> tuple[Calibration, ...]:
+) -> tuple[OddsCalibration, ...]:
     """Return the calibration for every set of observed variables, from held-out predictions.
 
     Structure and states are kept; each part's rows are taken out of the counts before it is

@@ -16,7 +16,7 @@ from intent_inference.network.structure import TASK
 from intent_inference.network.task_model import TaskModel
 from intent_inference.workshop.training.fitting import (
     DEFAULT_RECIPES,
-    Recipe,
+    NetworkRecipe,
     TrainingConfig,
     train,
 )
@@ -24,14 +24,14 @@ from intent_inference.workshop.training.labelled_table import GraspTable, read_g
 from intent_inference.workshop.training.updating import add_demonstrations
 
 
-def recipes_of(text: str) -> tuple[Recipe, ...]:
+def recipes_of(text: str) -> tuple[NetworkRecipe, ...]:
     """Return the recipes of a list such as "paper/paper,tan/information"; empty: the default."""
     if not text:
         return DEFAULT_RECIPES
     recipes = []
     for item in text.split(","):
         structure, _, states = item.partition("/")
-        recipes.append(Recipe(structure, states or "information"))
+        recipes.append(NetworkRecipe(structure, states or "information"))
     return tuple(recipes)
 
 
@@ -51,7 +51,7 @@ def _draw(table: GraspTable, model: TaskModel, folder: Path, seed: int) -> None:
 
     draw_training(table, np.random.default_rng(seed), folder)
     draw_structures(model, folder / "fig4_ours.png")
-    greedy = TrainingConfig(recipes=(Recipe("paper", "information"),), masks=())
+    greedy = TrainingConfig(recipes=(NetworkRecipe("paper", "information"),), masks=())
     paper = train(table, np.random.default_rng(seed), greedy)
     draw_structures(paper, folder / "fig4_paper_recipe.png")
     for networks in paper.networks:

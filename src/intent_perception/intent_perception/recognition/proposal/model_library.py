@@ -39,8 +39,6 @@ class ModelLibrary:
     """In the order of their numbers."""
     centers: Floats
     """(M, 3) centre of each model's bounding box in its object frame [m]."""
-    diameters: Floats
-    """(M,) [m]."""
     axes: Floats
     """(M, 3) direction of continuous symmetry, zero without."""
     colors: Floats
@@ -108,7 +106,6 @@ class ModelLibrary:
         return cls(
             models=chosen,
             centers=centers,
-            diameters=np.array([m.diameter for m in chosen], np.float32),
             axes=axes,
             colors=np.array([_color(m) for m in chosen], np.float32),
             points=all_points,
@@ -153,12 +150,6 @@ class ModelLibrary:
         return make_pose(
             rotation, pose[9:].astype(np.float64) - rotation @ self.centers[number].astype(float)
         )
-
-    def centered_pose(self, number: int, T_camera_object: Array) -> Floats:
-        """Return the pose (12,) of a model's centred frame, the inverse of `object_pose`."""
-        rotation = T_camera_object[:3, :3]
-        shift = T_camera_object[:3, 3] + rotation @ self.centers[number].astype(float)
-        return np.concatenate([rotation.ravel(), shift]).astype(np.float32)
 
 
 def _color(model: ObjectModel) -> Array:

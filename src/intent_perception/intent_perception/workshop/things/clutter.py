@@ -6,7 +6,7 @@ from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_perception.objects.model import Functions, Part, Symmetry
-from intent_perception.workshop.things.designed_object import AXIS, NOTHING, Color, Draft
+from intent_perception.workshop.things.designed_object import AXIS, NOTHING, Color, DesignedObject
 from intent_perception.workshop.things.solids import (
     loft,
     loft_parts,
@@ -29,8 +29,8 @@ def _thing(
     color: Color,
     symmetry: Symmetry = NOTHING,
     rests: int = 12,
-) -> Draft:
-    return Draft(
+) -> DesignedObject:
+    return DesignedObject(
         mesh=union([mesh for mesh, _ in pieces]),
         parts=tuple(part for _, parts in pieces for part in parts),
         functions=Functions(),
@@ -69,7 +69,7 @@ def _placed(
     return mesh.transformed(pose), [Part(p.name, p.mesh.transformed(pose)) for p in parts]
 
 
-def toy_car() -> Draft:
+def toy_car() -> DesignedObject:
     """Return a toy car: body, cabin and four wheels."""
     body = _solid(
         [
@@ -100,7 +100,7 @@ def toy_car() -> Draft:
     return _thing(pieces, 0.12, (0.90, 0.15, 0.15))
 
 
-def box() -> Draft:
+def box() -> DesignedObject:
     """Return a carton of tea."""
     return _thing([_block(0.135, 0.068, 0.085, 0.001)], 0.12, (0.25, 0.60, 0.35), _box_turns())
 
@@ -110,7 +110,7 @@ def _box_turns() -> Symmetry:
     return Symmetry(None, tuple(make_pose(rotation_from_vector(v), np.zeros(3)) for v in vectors))
 
 
-def ball() -> Draft:
+def ball() -> DesignedObject:
     """Return a foam ball."""
     radius = 0.034
     rows = [
@@ -120,7 +120,7 @@ def ball() -> Draft:
     return _thing([_solid(rows, 0)], 0.06, (0.95, 0.75, 0.20), AXIS, rests=1)
 
 
-def bowl() -> Draft:
+def bowl() -> DesignedObject:
     """Return a cereal bowl."""
     profile = [
         (0.0, 0.032),
@@ -134,7 +134,7 @@ def bowl() -> Draft:
     return _thing([(made.mesh, list(made.parts))], 0.32, (0.55, 0.65, 0.85), AXIS)
 
 
-def can() -> Draft:
+def can() -> DesignedObject:
     """Return a tin with a rim at both ends."""
     profile = [
         (0.0, 0.0355),
@@ -147,7 +147,7 @@ def can() -> Draft:
     return _thing([_solid([row(z, r) for z, r in profile], 1)], 0.39, (0.75, 0.30, 0.15), _FLIPPED)
 
 
-def book() -> Draft:
+def book() -> DesignedObject:
     """Return a paperback: spine at -x, cover wider than the pages."""
     cover = _block(0.128, 0.192, 0.002, 0.0002)
     top = _placed(_block(0.128, 0.192, 0.002, 0.0002), np.zeros(3), (0.0, 0.0, 0.023))
@@ -156,7 +156,7 @@ def book() -> Draft:
     return _thing([cover, top, pages, spine], 0.33, (0.30, 0.25, 0.55))
 
 
-def spoon() -> Draft:
+def spoon() -> DesignedObject:
     """Return a wooden cooking spoon that lies on its back."""
     handle = _solid(
         [
@@ -183,14 +183,14 @@ def spoon() -> Draft:
     return _thing([(oval.mesh, list(oval.parts)), lying], 0.045, (0.70, 0.50, 0.30))
 
 
-def plate() -> Draft:
+def plate() -> DesignedObject:
     """Return a dessert plate."""
     profile = [(0.0, 0.052), (0.002, 0.054), (0.006, 0.062), (0.013, 0.080), (0.019, 0.096)]
     made = vessel(rounded([row(z, r) for z, r in profile]), 0.0065, 0.004)
     return _thing([(made.mesh, list(made.parts))], 0.36, (0.93, 0.93, 0.88), AXIS)
 
 
-def banana() -> Draft:
+def banana() -> DesignedObject:
     """Return a banana lying on its side."""
     angle = np.linspace(-0.62, 0.62, 15)
     share = np.linspace(-1.0, 1.0, 15)
@@ -212,7 +212,7 @@ def banana() -> Draft:
     return _thing([piece], 0.12, (0.95, 0.85, 0.25))
 
 
-def remote_control() -> Draft:
+def remote_control() -> DesignedObject:
     """Return a television remote with a raised pad."""
     body = _solid(
         [
@@ -231,7 +231,7 @@ def remote_control() -> Draft:
     return _thing([body, pad], 0.11, (0.24, 0.26, 0.32))
 
 
-def tape_roll() -> Draft:
+def tape_roll() -> DesignedObject:
     """Return a roll of packing tape."""
     angle = np.arange(24) * (2 * np.pi / 24)
     outer, inner, height = 0.050, 0.038, 0.046
@@ -262,7 +262,7 @@ def tape_roll() -> Draft:
     )
 
 
-def sponge() -> Draft:
+def sponge() -> DesignedObject:
     """Return a dish sponge with a wavy long side."""
     body = _solid(
         [

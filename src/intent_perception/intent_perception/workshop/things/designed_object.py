@@ -34,7 +34,7 @@ def turns_about_z(fold: int) -> Symmetry:
 
 
 @dataclass(frozen=True, eq=False)
-class Draft:
+class DesignedObject:
     """An object in the frame that it was drawn in."""
 
     mesh: Mesh
@@ -57,7 +57,7 @@ class Draft:
     """Greatest number of stable poses (a ball has but one)."""
 
 
-def finish(draft: Draft, name: str, object_class: str) -> ObjectModel:
+def finish(draft: DesignedObject, name: str, object_class: str) -> ObjectModel:
     """Return the object with its origin moved to the centre of the bounding box."""
     shift = -draft.mesh.bounds.mean(axis=0)
     mesh = Mesh(draft.mesh.vertices + shift, draft.mesh.faces)

@@ -7,7 +7,12 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.objects.model import Face, Functions, Part, Symmetry
-from intent_perception.workshop.things.designed_object import NOTHING, Color, Draft, turns_about_z
+from intent_perception.workshop.things.designed_object import (
+    NOTHING,
+    Color,
+    DesignedObject,
+    turns_about_z,
+)
 from intent_perception.workshop.things.solids import (
     Piece,
     along_x,
@@ -48,10 +53,10 @@ def _hammer(
     color: Color,
     symmetry: Symmetry = NOTHING,
     power: int = 2,
-) -> Draft:
+) -> DesignedObject:
     """Return a hammer whose face is at x, z = face."""
     pieces = [rod("handle", grip, power), *head]
-    return Draft(
+    return DesignedObject(
         mesh=union([mesh for mesh, _ in pieces]),
         parts=tuple(part for _, parts in pieces for part in parts),
         functions=Functions(
@@ -80,7 +85,7 @@ def _poll(reach: float, radius: float, neck: float, eye: float) -> list[Array]:
     ]
 
 
-def claw_hammer() -> Draft:
+def claw_hammer() -> DesignedObject:
     """Return a carpenter's hammer: wooden handle, curved claw."""
     grip = grip_rows(
         [
@@ -97,7 +102,7 @@ def claw_hammer() -> Draft:
     return _hammer(grip, head, (0.062, z), 0.62, (0.72, 0.52, 0.30))
 
 
-def framing_hammer() -> Draft:
+def framing_hammer() -> DesignedObject:
     """Return a long framing hammer with a straight ripping claw and a rubber grip."""
     grip = grip_rows(
         [
@@ -114,7 +119,7 @@ def framing_hammer() -> Draft:
     return _hammer(grip, head, (0.070, z), 0.86, (0.90, 0.45, 0.08))
 
 
-def ball_peen_hammer() -> Draft:
+def ball_peen_hammer() -> DesignedObject:
     """Return a machinist's hammer with a ball behind the eye."""
     grip = grip_rows(
         [
@@ -144,7 +149,7 @@ def ball_peen_hammer() -> Draft:
     return _hammer(grip, [_head(rows, z, 1)], (0.054, z), 0.55, (0.60, 0.30, 0.15))
 
 
-def cross_peen_hammer() -> Draft:
+def cross_peen_hammer() -> DesignedObject:
     """Return a locksmith's hammer: square face, wedge across behind."""
     grip = grip_rows(
         [
@@ -166,7 +171,7 @@ def cross_peen_hammer() -> Draft:
     return _hammer(grip, [_head(rows, z, 1)], (0.042, z), 0.42, (0.35, 0.38, 0.42))
 
 
-def rubber_mallet() -> Draft:
+def rubber_mallet() -> DesignedObject:
     """Return a mallet with a thick round head."""
     grip = grip_rows(
         [
@@ -189,7 +194,7 @@ def rubber_mallet() -> Draft:
     return _hammer(grip, [_head(rows, z)], (0.050, z), 0.58, (0.18, 0.18, 0.20), turns_about_z(2))
 
 
-def club_hammer() -> Draft:
+def club_hammer() -> DesignedObject:
     """Return a short heavy hammer with a square block."""
     grip = grip_rows(
         [
@@ -212,7 +217,7 @@ def club_hammer() -> Draft:
     )
 
 
-def wooden_mallet() -> Draft:
+def wooden_mallet() -> DesignedObject:
     """Return a joiner's mallet: wedge-shaped wooden block."""
     grip = grip_rows(
         [
@@ -236,7 +241,7 @@ def wooden_mallet() -> Draft:
     )
 
 
-def tack_hammer() -> Draft:
+def tack_hammer() -> DesignedObject:
     """Return a small upholsterer's hammer: thin long head, slim handle."""
     grip = grip_rows(
         [

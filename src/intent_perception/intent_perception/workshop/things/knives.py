@@ -9,7 +9,7 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.objects.model import Edge, Functions
-from intent_perception.workshop.things.designed_object import NOTHING, Color, Draft
+from intent_perception.workshop.things.designed_object import NOTHING, Color, DesignedObject
 from intent_perception.workshop.things.solids import (
     Piece,
     grip_rows,
@@ -44,7 +44,7 @@ def _knife(
     bolster: tuple[float, float, float] | None,
     mass: float,
     color: Color,
-) -> Draft:
+) -> DesignedObject:
     """Return a knife.
 
     Args:
@@ -76,7 +76,7 @@ def _knife(
             row(low + long, 0.92 * half, 0.6 * side, 3.0, center),
         ]
         pieces.append(rod("bolster", rows, 0))
-    return Draft(
+    return DesignedObject(
         mesh=union([mesh for mesh, _ in pieces]),
         parts=tuple(part for _, parts in pieces for part in parts),
         functions=Functions(
@@ -114,7 +114,7 @@ def _belly(straight: float, end: float, level: float, power: float = 2.0) -> Out
     return outline
 
 
-def chef_knife() -> Draft:
+def chef_knife() -> DesignedObject:
     """Return a chef's knife: tall blade with a belly."""
     grip = grip_rows(
         [
@@ -138,7 +138,7 @@ def chef_knife() -> Draft:
     )
 
 
-def paring_knife() -> Draft:
+def paring_knife() -> DesignedObject:
     """Return a short vegetable knife."""
     grip = grip_rows(
         [
@@ -161,7 +161,7 @@ def paring_knife() -> Draft:
     )
 
 
-def bread_knife() -> Draft:
+def bread_knife() -> DesignedObject:
     """Return a long knife with a wavy edge."""
     grip = grip_rows(
         [
@@ -191,7 +191,7 @@ def bread_knife() -> Draft:
     )
 
 
-def santoku() -> Draft:
+def santoku() -> DesignedObject:
     """Return a santoku: straight edge, spine that drops to the tip."""
     grip = grip_rows(
         [
@@ -220,7 +220,7 @@ def santoku() -> Draft:
     )
 
 
-def cleaver() -> Draft:
+def cleaver() -> DesignedObject:
     """Return a rectangular kitchen cleaver."""
     grip = grip_rows(
         [
@@ -243,7 +243,7 @@ def cleaver() -> Draft:
     )
 
 
-def table_knife() -> Draft:
+def table_knife() -> DesignedObject:
     """Return a round-ended table knife with a slim metal handle."""
     grip = grip_rows(
         [
@@ -270,7 +270,7 @@ def table_knife() -> Draft:
     return _knife(grip, 0.108, 0.112, spine, edge, 0.0022, None, 0.075, (0.70, 0.72, 0.75))
 
 
-def steak_knife() -> Draft:
+def steak_knife() -> DesignedObject:
     """Return a steak knife: thick wooden handle, blade with an upswept point."""
     grip = grip_rows(
         [
@@ -300,7 +300,7 @@ def steak_knife() -> Draft:
     )
 
 
-def carving_knife() -> Draft:
+def carving_knife() -> DesignedObject:
     """Return a long slender slicing knife with a curved handle."""
     grip = grip_rows(
         [

@@ -7,7 +7,12 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.objects.model import Functions, Part, Symmetry
-from intent_perception.workshop.things.designed_object import AXIS, Color, Draft, turns_about_z
+from intent_perception.workshop.things.designed_object import (
+    AXIS,
+    Color,
+    DesignedObject,
+    turns_about_z,
+)
 from intent_perception.workshop.things.solids import (
     Piece,
     along_x,
@@ -30,7 +35,7 @@ def _screwdriver(
     times: int = 2,
     extra: list[Piece] | None = None,
     lobes: int = 6,
-) -> Draft:
+) -> DesignedObject:
     """Return a screwdriver whose shaft leaves the handle at a height.
 
     Args:
@@ -66,7 +71,7 @@ def _screwdriver(
         ]
     pieces = [rod("handle", grip, times, lobes), *(extra or [])]
     pieces += [rod("shaft", shaft, 0), rod("tip", work, 0, 4)]
-    return Draft(
+    return DesignedObject(
         mesh=union([mesh for mesh, _ in pieces]),
         parts=tuple(part for _, parts in pieces for part in parts),
         functions=Functions(
@@ -85,7 +90,7 @@ def _turned(sizes: list[tuple[float, float, float]], power: float = 2.0) -> list
     return [row(z, r, r, power, flute=depth) for z, r, depth in sizes]
 
 
-def slotted_screwdriver() -> Draft:
+def slotted_screwdriver() -> DesignedObject:
     """Return a common flat screwdriver with a fluted plastic handle."""
     grip = _turned(
         [
@@ -102,7 +107,7 @@ def slotted_screwdriver() -> Draft:
     return _screwdriver(grip, 0.100, 0.100, 0.0030, "flat", 0.09, (0.90, 0.80, 0.10))
 
 
-def cross_screwdriver() -> Draft:
+def cross_screwdriver() -> DesignedObject:
     """Return a cross-head screwdriver with a pear-shaped two-part grip."""
     grip = _turned(
         [
@@ -118,7 +123,7 @@ def cross_screwdriver() -> Draft:
     return _screwdriver(grip, 0.108, 0.125, 0.0035, "cross", 0.12, (0.80, 0.10, 0.12), lobes=3)
 
 
-def long_screwdriver() -> Draft:
+def long_screwdriver() -> DesignedObject:
     """Return a long mechanic's screwdriver."""
     grip = _turned(
         [
@@ -134,7 +139,7 @@ def long_screwdriver() -> Draft:
     return _screwdriver(grip, 0.118, 0.200, 0.0040, "flat", 0.19, (0.10, 0.35, 0.75), lobes=8)
 
 
-def stubby_screwdriver() -> Draft:
+def stubby_screwdriver() -> DesignedObject:
     """Return a short thick screwdriver."""
     grip = _turned(
         [
@@ -149,7 +154,7 @@ def stubby_screwdriver() -> Draft:
     return _screwdriver(grip, 0.058, 0.040, 0.0032, "cross", 0.07, (0.95, 0.50, 0.10))
 
 
-def precision_screwdriver() -> Draft:
+def precision_screwdriver() -> DesignedObject:
     """Return a slim screwdriver with a turning cap."""
     grip = _turned(
         [
@@ -165,7 +170,7 @@ def precision_screwdriver() -> Draft:
     return _screwdriver(grip, 0.086, 0.060, 0.0018, "flat", 0.035, (0.62, 0.65, 0.70))
 
 
-def t_handle_screwdriver() -> Draft:
+def t_handle_screwdriver() -> DesignedObject:
     """Return a screwdriver with a bar across the shaft."""
     bar, parts = rod(
         "handle",
@@ -192,7 +197,7 @@ def t_handle_screwdriver() -> Draft:
     )
 
 
-def ratchet_screwdriver() -> Draft:
+def ratchet_screwdriver() -> DesignedObject:
     """Return a bit driver with a bulb grip and a collar."""
     grip = _turned(
         [
@@ -211,7 +216,7 @@ def ratchet_screwdriver() -> Draft:
     return _screwdriver(grip, 0.112, 0.085, 0.0045, "cross", 0.21, (0.45, 0.20, 0.60))
 
 
-def heavy_screwdriver() -> Draft:
+def heavy_screwdriver() -> DesignedObject:
     """Return a square-shafted screwdriver with a wooden handle and steel cap."""
     grip = [
         row(0.0, 0.0120, 0.0120),

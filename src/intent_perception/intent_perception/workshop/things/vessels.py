@@ -11,7 +11,7 @@ from intent_perception.workshop.things.designed_object import (
     AXIS,
     NOTHING,
     Color,
-    Draft,
+    DesignedObject,
     turns_about_z,
 )
 from intent_perception.workshop.things.solids import (
@@ -39,7 +39,7 @@ def _bottle(
     mass: float,
     color: Color,
     symmetry: Symmetry = AXIS,
-) -> Draft:
+) -> DesignedObject:
     """Return a closed bottle; parts above a height are shoulder and neck."""
     sections = rounded(rows)
     rings = rings_of(sections)
@@ -49,7 +49,7 @@ def _bottle(
     for name, low, high in zip(("body", "shoulder", "neck"), cuts[:-1], cuts[1:], strict=True):
         parts += loft_parts(name, coarse[int(low) : int(high) + 1])
     top = sections[-1]
-    return Draft(
+    return DesignedObject(
         mesh=loft(rings),
         parts=tuple(parts),
         functions=Functions(
@@ -64,7 +64,7 @@ def _bottle(
     )
 
 
-def water_bottle() -> Draft:
+def water_bottle() -> DesignedObject:
     """Return a half-litre PET bottle with two grooves and a screw cap."""
     r = 0.0325
     profile = [
@@ -76,7 +76,7 @@ def water_bottle() -> Draft:
     return _bottle([row(z, x) for z, x in profile], 0.186, 0.140, 0.40, (0.25, 0.55, 0.85))
 
 
-def wine_bottle() -> Draft:
+def wine_bottle() -> DesignedObject:
     """Return a Bordeaux bottle: straight sides, high round shoulders."""
     profile = [
         (0.0, 0.033), (0.004, 0.0375), (0.190, 0.0375), (0.206, 0.0365), (0.222, 0.021),
@@ -85,7 +85,7 @@ def wine_bottle() -> Draft:
     return _bottle([row(z, x) for z, x in profile], 0.236, 0.196, 0.85, (0.12, 0.30, 0.14))
 
 
-def beer_bottle() -> Draft:
+def beer_bottle() -> DesignedObject:
     """Return a long-neck bottle: short body, long taper."""
     profile = [
         (0.0, 0.027), (0.003, 0.0305), (0.118, 0.0305), (0.135, 0.0285), (0.165, 0.0175),
@@ -94,7 +94,7 @@ def beer_bottle() -> Draft:
     return _bottle([row(z, x) for z, x in profile], 0.168, 0.120, 0.48, (0.42, 0.24, 0.10))
 
 
-def sauce_bottle() -> Draft:
+def sauce_bottle() -> DesignedObject:
     """Return an oval squeeze bottle that narrows to a wide flip cap."""
     profile = [
         (0.0, 0.030, 0.021), (0.004, 0.036, 0.027), (0.070, 0.037, 0.028),
@@ -105,7 +105,7 @@ def sauce_bottle() -> Draft:
     return _bottle(rows, 0.152, 0.112, 0.42, (0.80, 0.12, 0.10), turns_about_z(2))
 
 
-def milk_bottle() -> Draft:
+def milk_bottle() -> DesignedObject:
     """Return a square juice bottle with a wide neck."""
     profile = [
         (0.0, 0.032, 5.0), (0.004, 0.0365, 5.0), (0.135, 0.0365, 5.0), (0.160, 0.034, 4.0),
@@ -116,7 +116,7 @@ def milk_bottle() -> Draft:
     return _bottle(rows, 0.201, 0.140, 0.55, (0.92, 0.88, 0.76), turns_about_z(4))
 
 
-def soap_bottle() -> Draft:
+def soap_bottle() -> DesignedObject:
     """Return a flat dish-soap bottle with a waist and a spout."""
     profile = [
         (0.0, 0.040, 0.024), (0.004, 0.044, 0.028), (0.060, 0.043, 0.028),
@@ -128,7 +128,7 @@ def soap_bottle() -> Draft:
     return _bottle(rows, 0.194, 0.165, 0.50, (0.20, 0.75, 0.35), turns_about_z(2))
 
 
-def cola_bottle() -> Draft:
+def cola_bottle() -> DesignedObject:
     """Return a contour bottle: waist, bulge and long neck."""
     profile = [
         (0.0, 0.026), (0.003, 0.0295), (0.040, 0.0290), (0.070, 0.0245), (0.095, 0.0270),
@@ -138,7 +138,7 @@ def cola_bottle() -> Draft:
     return _bottle([row(z, x) for z, x in profile], 0.190, 0.132, 0.44, (0.35, 0.10, 0.12))
 
 
-def medicine_bottle() -> Draft:
+def medicine_bottle() -> DesignedObject:
     """Return a squat jar-like bottle with a ribbed wide cap."""
     r = 0.034
     profile = [
@@ -151,10 +151,10 @@ def medicine_bottle() -> Draft:
 def _glass(
     rows: list[Array], wall: float, floor: float, mass: float, color: Color, times: int = 2,
     symmetry: Symmetry = AXIS, lobes: int = 6,
-) -> Draft:  # fmt: skip
+) -> DesignedObject:  # fmt: skip
     sections = rounded(rows, times)
     made = vessel(sections, wall, floor, lobes)
-    return Draft(
+    return DesignedObject(
         mesh=made.mesh,
         parts=made.parts,
         functions=Functions(opening=_opening(float(sections[-1, 0]), made.radius)),
@@ -166,31 +166,31 @@ def _glass(
     )
 
 
-def tumbler() -> Draft:
+def tumbler() -> DesignedObject:
     """Return a straight water glass."""
     rows = [row(0.0, 0.034), row(0.003, 0.0375), row(0.050, 0.038), row(0.095, 0.039)]
     return _glass(rows, 0.0025, 0.008, 0.22, (0.62, 0.80, 0.88))
 
 
-def highball() -> Draft:
+def highball() -> DesignedObject:
     """Return a tall narrow glass with a thick floor."""
     rows = [row(0.0, 0.027), row(0.003, 0.030), row(0.080, 0.0305), row(0.152, 0.0315)]
     return _glass(rows, 0.0025, 0.014, 0.27, (0.55, 0.85, 0.75))
 
 
-def pint() -> Draft:
+def pint() -> DesignedObject:
     """Return a tapered beer glass."""
     rows = [row(0.0, 0.0275), row(0.002, 0.0300), row(0.070, 0.0365), row(0.149, 0.0440)]
     return _glass(rows, 0.003, 0.010, 0.34, (0.90, 0.75, 0.35))
 
 
-def whisky_glass() -> Draft:
+def whisky_glass() -> DesignedObject:
     """Return a low, heavy, rounded square glass."""
     rows = [row(z, x, x, 4.0) for z, x in ((0.0, 0.033), (0.003, 0.036), (0.088, 0.040))]
     return _glass(rows, 0.0045, 0.016, 0.33, (0.75, 0.72, 0.90), symmetry=turns_about_z(4))
 
 
-def tulip_glass() -> Draft:
+def tulip_glass() -> DesignedObject:
     """Return a bellied glass on a short foot."""
     profile = [
         (0.0, 0.033), (0.004, 0.034), (0.009, 0.024), (0.018, 0.019), (0.030, 0.026),
@@ -199,7 +199,7 @@ def tulip_glass() -> Draft:
     return _glass([row(z, x) for z, x in profile], 0.0025, 0.026, 0.28, (0.95, 0.60, 0.45))
 
 
-def bistro_glass() -> Draft:
+def bistro_glass() -> DesignedObject:
     """Return a tapered glass with fluted lower half and a round rim."""
     profile = [
         (0.0, 0.024, 0.0012), (0.003, 0.027, 0.0012), (0.050, 0.036, 0.0012),
@@ -209,7 +209,7 @@ def bistro_glass() -> Draft:
     return _glass(rows, 0.0035, 0.009, 0.23, (0.45, 0.70, 0.45), lobes=12)
 
 
-def wine_glass() -> Draft:
+def wine_glass() -> DesignedObject:
     """Return a stemmed glass: foot, stem, bowl."""
     profile = [
         (0.0, 0.034), (0.003, 0.0345), (0.006, 0.020), (0.012, 0.0050), (0.050, 0.0042),
@@ -219,7 +219,7 @@ def wine_glass() -> Draft:
     return _glass([row(z, x) for z, x in profile], 0.0022, 0.096, 0.19, (0.80, 0.40, 0.60))
 
 
-def juice_glass() -> Draft:
+def juice_glass() -> DesignedObject:
     """Return a small conical glass."""
     rows = [row(0.0, 0.020), row(0.002, 0.0225), row(0.045, 0.0285), row(0.090, 0.0335)]
     return _glass(rows, 0.0025, 0.007, 0.14, (0.98, 0.85, 0.60))
@@ -228,7 +228,7 @@ def juice_glass() -> Draft:
 def _mug(
     rows: list[Array], wall: float, mass: float, color: Color, low: float, high: float,
     reach: float, thickness: float, width: float, bend: float = 0.7,
-) -> Draft:  # fmt: skip
+) -> DesignedObject:  # fmt: skip
     """Return a mug with a handle at +x.
 
     Args:
@@ -250,7 +250,7 @@ def _mug(
     parts = list(body.parts)
     for start in range(0, len(rings) - 1, 4):
         parts += loft_parts("handle", rings[start : start + 5, ::2], 0.2)
-    return Draft(
+    return DesignedObject(
         mesh=union([body.mesh, loft(rings)]),
         parts=tuple(parts),
         functions=Functions(
@@ -282,44 +282,44 @@ def _handle_path(
     return np.stack([x, z], axis=1)
 
 
-def standard_mug() -> Draft:
+def standard_mug() -> DesignedObject:
     """Return the usual coffee mug."""
     rows = [row(0.0, 0.037), row(0.003, 0.0405), row(0.050, 0.041), row(0.096, 0.041)]
     return _mug(rows, 0.004, 0.33, (0.20, 0.35, 0.75), 0.018, 0.080, 0.031, 0.0045, 0.0085)
 
 
-def latte_mug() -> Draft:
+def latte_mug() -> DesignedObject:
     """Return a tall conical mug with an ear at the top."""
     rows = [row(0.0, 0.028), row(0.003, 0.0305), row(0.060, 0.0365), row(0.122, 0.0435)]
     return _mug(rows, 0.004, 0.36, (0.85, 0.80, 0.70), 0.044, 0.106, 0.029, 0.0042, 0.0070, 0.9)
 
 
-def small_cup() -> Draft:
+def small_cup() -> DesignedObject:
     """Return an espresso-like cup with a large ring handle."""
     rows = [row(0.0, 0.021), row(0.003, 0.025), row(0.022, 0.0315), row(0.063, 0.0335)]
     return _mug(rows, 0.0038, 0.19, (0.75, 0.20, 0.20), 0.018, 0.056, 0.028, 0.0038, 0.0065, 0.9)
 
 
-def barrel_mug() -> Draft:
+def barrel_mug() -> DesignedObject:
     """Return a bellied mug."""
     profile = [(0.0, 0.031), (0.003, 0.034), (0.030, 0.0455), (0.060, 0.0465), (0.092, 0.038)]
     rows = [row(z, x) for z, x in profile]
     return _mug(rows, 0.0045, 0.38, (0.35, 0.60, 0.45), 0.020, 0.078, 0.031, 0.0050, 0.0090)
 
 
-def camping_mug() -> Draft:
+def camping_mug() -> DesignedObject:
     """Return a wide, low enamel mug with a flat strap handle."""
     rows = [row(0.0, 0.041), row(0.003, 0.0435), row(0.040, 0.0440), row(0.078, 0.0450)]
     return _mug(rows, 0.0030, 0.17, (0.92, 0.92, 0.94), 0.014, 0.068, 0.033, 0.0025, 0.0090, 0.6)
 
 
-def beer_mug() -> Draft:
+def beer_mug() -> DesignedObject:
     """Return a tall stein with a heavy square handle."""
     rows = [row(0.0, 0.040), row(0.004, 0.044), row(0.020, 0.041), row(0.134, 0.039)]
     return _mug(rows, 0.0050, 0.62, (0.55, 0.45, 0.35), 0.024, 0.116, 0.037, 0.0065, 0.0095, 0.45)
 
 
-def cappuccino_cup() -> Draft:
+def cappuccino_cup() -> DesignedObject:
     """Return a wide round-bottomed cup."""
     profile = [
         (0.0, 0.026), (0.003, 0.027), (0.008, 0.030), (0.026, 0.0455), (0.046, 0.0515),
@@ -329,7 +329,7 @@ def cappuccino_cup() -> Draft:
     return _mug(rows, 0.0042, 0.30, (0.45, 0.28, 0.20), 0.026, 0.064, 0.028, 0.0040, 0.0070, 0.8)
 
 
-def square_mug() -> Draft:
+def square_mug() -> DesignedObject:
     """Return a mug of rounded square section."""
     rows = [row(z, x, x, 4.5) for z, x in ((0.0, 0.034), (0.003, 0.037), (0.100, 0.0385))]
     return _mug(rows, 0.0045, 0.40, (0.95, 0.65, 0.20), 0.016, 0.086, 0.032, 0.0050, 0.0080, 0.5)

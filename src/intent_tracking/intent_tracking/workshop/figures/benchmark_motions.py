@@ -47,7 +47,7 @@ _ORDER = [0, 13, 14, 15, 16, 1, 2, 3, 17, 4, 5, 6, 18, 10, 11, 12, 19, 7, 8, 9, 
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class RecordedMotion:
     """One sequence as the demonstrator's hand performs it."""
 
     poses: Array
@@ -131,7 +131,7 @@ def recorded(sequences: int, rng: np.random.Generator) -> Iterator[Array]:
         yield joints[stretches[choice]][:, _ORDER].astype(np.float64)
 
 
-def performed(joints: Array, hand: DemonstratorHand) -> Motion:
+def performed(joints: Array, hand: DemonstratorHand) -> RecordedMotion:
     """Return the poses of a hand nearest to recorded joints (F, 21, 3) [m]."""
     poses, angles = [], []
     start = _first_guess(joints[0])
@@ -140,7 +140,7 @@ def performed(joints: Array, hand: DemonstratorHand) -> Motion:
         start[6:] = np.clip(start[6:], LOWER, UPPER)
         poses.append(make_pose(rotation_from_vector(start[3:6]), start[:3]))
         angles.append(start[6:].copy())
-    return Motion(np.array(poses), np.array(angles))
+    return RecordedMotion(np.array(poses), np.array(angles))
 
 
 def _first_guess(target: Array) -> Array:
@@ -159,7 +159,7 @@ def _residuals(state: Array, target: Array, hand: DemonstratorHand) -> Array:
     return np.concatenate([(placed - target).ravel(), 0.1 * beyond])
 
 
-def filmed(motion: Motion, skin: Skin, rng: np.random.Generator) -> Iterator[RgbdFrame]:
+def filmed(motion: RecordedMotion, skin: Skin, rng: np.random.Generator) -> Iterator[RgbdFrame]:
     """Yield the frames of a motion before a plain wall."""
     tone = np.array([0.80, 0.60, 0.50]) * rng.uniform(0.8, 1.1)
     wall = rng.uniform(0.35, 0.6) * np.array([1.0, 1.02, 1.05])

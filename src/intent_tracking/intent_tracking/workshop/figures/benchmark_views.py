@@ -1,7 +1,6 @@
 """Figures on the synthetic views: errors, recovery of a lost track, coverage, CPU time."""
 
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -189,10 +188,3 @@ def _recovers(
         if error < 0.010:
             return True
     return False
-
-
-def all_views(seeds: list[int], frames: int | None) -> Iterator[tuple[str, int, ViewSequence]]:
-    """Yield every view with every seed."""
-    for view in VIEWS:
-        for seed in seeds:
-            yield view, seed, view_sequence(view, seed, frames)

@@ -12,12 +12,12 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import rotation_from_vector
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.workshop.person.acting.person_grasp import Approach
+from intent_tracking.workshop.person.acting.person_grasp import PersonApproach
 
 
 def approaches(
     model: ObjectModel, task: str, up: Array, rng: np.random.Generator, count: int
-) -> Iterator[Approach]:
+) -> Iterator[PersonApproach]:
     """Yield ways to come to an object for a task, each a little different.
 
     Args:
@@ -103,7 +103,7 @@ def _across(axis: Array) -> tuple[Array, Array]:
     return u, np.cross(axis, u)
 
 
-def _side(model: ObjectModel, rng: np.random.Generator) -> Approach:
+def _side(model: ObjectModel, rng: np.random.Generator) -> PersonApproach:
     """Around the body, thumb to the opening, which stays free."""
     axis, bottom, height, handle = _vessel(model)
     u, v = _across(axis)
@@ -114,10 +114,10 @@ def _side(model: ObjectModel, rng: np.random.Generator) -> Approach:
     rotation = _jittered(np.cross(axis, outwards), -outwards, rng, 0.30, 0.12)
     low = 0.056  # half a hand above the table
     high = max(low + 0.004, min(height - 0.050, 0.62 * height))
-    return Approach(rotation, bottom + rng.uniform(low, high) * axis, "power")
+    return PersonApproach(rotation, bottom + rng.uniform(low, high) * axis, "power")
 
 
-def _bottom(model: ObjectModel, rng: np.random.Generator) -> Approach:
+def _bottom(model: ObjectModel, rng: np.random.Generator) -> PersonApproach:
     """Over the bottom of a vessel that stands on its rim; nothing near the rim or inside."""
     axis, bottom, height, _ = _vessel(model)
     u, v = _across(axis)
@@ -125,7 +125,7 @@ def _bottom(model: ObjectModel, rng: np.random.Generator) -> Approach:
     x = np.cos(azimuth) * u + np.sin(azimuth) * v
     rotation = _jittered(x, axis, rng, 0.3, 0.2)
     depth = rng.uniform(0.016, max(0.020, min(0.035, height - 0.055)))
-    return Approach(
+    return PersonApproach(
         rotation, bottom + depth * axis, "precision", _width(model, bottom, axis, depth)
     )
 
@@ -141,7 +141,7 @@ def _width(model: ObjectModel, origin: Array, axis: Array, depth: float) -> floa
     return 2.0 * float(radius[near].max() if near.any() else radius.max())
 
 
-def _end_from_above(model: ObjectModel, up: Array, rng: np.random.Generator) -> Approach:
+def _end_from_above(model: ObjectModel, up: Array, rng: np.random.Generator) -> PersonApproach:
     """Finger tips on one end, from above: the rest of the object is left to the receiver."""
     u, v = _across(up)
     azimuth = rng.uniform(-np.pi, np.pi)
@@ -152,7 +152,7 @@ def _end_from_above(model: ObjectModel, up: Array, rng: np.random.Generator) -> 
     functions = model.functions
     if functions is not None and functions.handle and functions.opening is None:
         target, depth, width = _free_end(model, x, rng)
-        return Approach(rotation, target - depth * up, "precision", width)
+        return PersonApproach(rotation, target - depth * up, "precision", width)
     top = vertices[along > along.max() - 0.03]
     centre = 0.5 * (top.min(axis=0) + top.max(axis=0))
     if functions is not None and functions.opening is not None:
@@ -160,8 +160,8 @@ def _end_from_above(model: ObjectModel, up: Array, rng: np.random.Generator) -> 
     depth = rng.uniform(0.012, 0.028)
     target = centre + up * (along.max() - depth - centre @ up)
     if functions is not None and functions.opening is not None:
-        return Approach(rotation, target, "precision", _width(model, target, up, 0.0))
-    return Approach(rotation, target, "precision", float(np.ptp(top @ x)))
+        return PersonApproach(rotation, target, "precision", _width(model, target, up, 0.0))
+    return PersonApproach(rotation, target, "precision", float(np.ptp(top @ x)))
 
 
 def _free_end(
@@ -197,7 +197,7 @@ def tool_axis(model: ObjectModel) -> Array:
     return principal
 
 
-def _overhand(model: ObjectModel, up: Array, rng: np.random.Generator) -> Iterator[Approach]:
+def _overhand(model: ObjectModel, up: Array, rng: np.random.Generator) -> Iterator[PersonApproach]:
     """Hand over the handle, thumb side to the working end, knuckles in the working direction.
 
     Yields nothing while the object lies with its edge or face to the wrong side.
@@ -216,4 +216,4 @@ def _overhand(model: ObjectModel, up: Array, rng: np.random.Generator) -> Iterat
     middle = 0.5 * (handle.min(axis=0) + handle.max(axis=0))
     share = rng.uniform(0.40, 0.60)
     target = middle + axis * (along.min() + share * np.ptp(along) - middle @ axis)
-    yield Approach(rotation, target, "power")
+    yield PersonApproach(rotation, target, "power")

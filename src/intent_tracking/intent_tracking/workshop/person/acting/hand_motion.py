@@ -15,7 +15,7 @@ from intent_perception.geometry.transforms import (
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class HandMotion:
     """F frames in the table frame, of a right hand."""
 
     hands: Array
@@ -132,7 +132,7 @@ class Choreography:
         self._objects += list(objects)
         self._free += [free] * len(hands)
 
-    def motion(self, tremor: float = 1.0) -> Motion:
+    def motion(self, tremor: float = 1.0) -> HandMotion:
         """Return the motion with a trembling hand; a held object trembles with the hand.
 
         Args:
@@ -157,7 +157,7 @@ class Choreography:
             moved = moved & ~np.array(self._free)
             relative = inverse(hands[moved]) @ objects[moved, i]
             objects[moved, i] = shaken[moved] @ relative
-        return Motion(shaken, angles + loose[:, None] * quiver, objects)
+        return HandMotion(shaken, angles + loose[:, None] * quiver, objects)
 
 
 def _smooth_noise(rng: np.random.Generator, count: int, channels: int) -> Array:

@@ -36,7 +36,7 @@ _FRICTION = 0.8
 
 
 @dataclass(frozen=True, eq=False)
-class Approach:
+class PersonApproach:
     """One way to come to an object; all in the object frame, for a right hand."""
 
     rotation: Array
@@ -100,7 +100,7 @@ class Taker:
         points = transform_points(T_object_hand, self.points(angles))
         return np.asarray(self._sdf.distance(points), dtype=np.float64)
 
-    def take(self, approaches: Iterable[Approach]) -> Iterable[Grasp]:
+    def take(self, approaches: Iterable[PersonApproach]) -> Iterable[Grasp]:
         """Yield the grasps among the approaches that touch, oppose and hold."""
         for approach in approaches:
             start = self._open(approach)
@@ -115,7 +115,7 @@ class Taker:
                     yield grasp
 
     def _other_thumbs(
-        self, approach: Approach, start: Array, angles: Array, pose: Array
+        self, approach: PersonApproach, start: Array, angles: Array, pose: Array
     ) -> Iterator[Array]:
         """Yield the posture, and for a power grasp others in which the thumb closes elsewhere."""
         yield angles
@@ -130,7 +130,7 @@ class Taker:
             if self.distances(other, pose).min() > 2.0 * _SQUEEZE:
                 yield self._close(other, rates, pose)
 
-    def _open(self, approach: Approach) -> Array:
+    def _open(self, approach: PersonApproach) -> Array:
         """Return an open posture, a little different every time, wide enough for a precision."""
         angles = OPEN[approach.posture].copy()
         angles[5::4] += self._rng.normal(0.0, 0.06)
@@ -153,7 +153,7 @@ class Taker:
         opposite = 0.45 * tips[8] + 0.4 * tips[12] + 0.15 * tips[16]
         return 0.5 * (tips[4] + opposite), float(np.linalg.norm(tips[4] - opposite))
 
-    def _bring(self, approach: Approach, angles: Array) -> Array | None:
+    def _bring(self, approach: PersonApproach, angles: Array) -> Array | None:
         """Return the wrist pose of first contact or of the reached target; None if it collides."""
         rotation = approach.rotation
         ahead = rotation[:, 2]

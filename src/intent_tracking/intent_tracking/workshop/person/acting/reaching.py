@@ -14,7 +14,7 @@ from intent_perception.geometry.transforms import make_pose, rotation_from_vecto
 from intent_perception.objects.database import ObjectModel
 from intent_tracking.workshop.person.acting.approach import approaches, leaves_function_free
 from intent_tracking.workshop.person.acting.person_grasp import OPEN, Grasp, Taker
-from intent_tracking.workshop.person.body.person_arm import Body
+from intent_tracking.workshop.person.body.person_arm import PersonBody
 
 _CLEARANCE = 0.0015
 _BACKWARDS = np.array(
@@ -44,7 +44,7 @@ def plan_reaches(
     taker: Taker,
     model: ObjectModel,
     task: str,
-    body: Body,
+    body: PersonBody,
     spot: Array,
     rng: np.random.Generator,
     accept: Callable[[Grasp], bool] | None = None,
@@ -109,7 +109,7 @@ def _rests(model: ObjectModel, task: str) -> Iterator[Array]:
 
 
 def _placed(
-    taker: Taker, grasp: Grasp, rest: Array, body: Body, spot: Array, rng: np.random.Generator
+    taker: Taker, grasp: Grasp, rest: Array, body: PersonBody, spot: Array, rng: np.random.Generator
 ) -> Reach | None:
     """Return the reach with the object turned to where the arm is most comfortable, or None."""
     if _heights(taker, grasp.open_angles, rest @ grasp.T_object_hand).min() < _CLEARANCE:
@@ -140,7 +140,7 @@ def _heights(taker: Taker, angles: Array, T_table_hand: Array) -> Array:
 
 
 def _pregrasp(
-    taker: Taker, grasp: Grasp, T_object: Array, T_hand: Array, body: Body
+    taker: Taker, grasp: Grasp, T_object: Array, T_hand: Array, body: PersonBody
 ) -> Array | None:
     """Return a wrist pose 9 cm back from where the open hand slides on without a collision."""
     ways = [T_hand[:3, :3] @ (way / np.linalg.norm(way)) for way in _BACKWARDS]

@@ -9,7 +9,7 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import inverse, make_pose, rotation_from_vector
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.workshop.person.acting.hand_motion import Choreography, Motion, mirrored
+from intent_tracking.workshop.person.acting.hand_motion import Choreography, HandMotion, mirrored
 from intent_tracking.workshop.person.acting.person_grasp import OPEN, Grasp, Taker
 from intent_tracking.workshop.person.acting.reaching import Reach, plan_reaches, preference
 from intent_tracking.workshop.person.acting.task_moves import (
@@ -21,7 +21,7 @@ from intent_tracking.workshop.person.acting.task_moves import (
     take_and_use,
 )
 from intent_tracking.workshop.person.body.felt_solid import graspable
-from intent_tracking.workshop.person.body.person_arm import Body
+from intent_tracking.workshop.person.body.person_arm import PersonBody
 from intent_tracking.workshop.person.body.skin import Skin, wrist_turn
 
 _TOUCH = 0.0015
@@ -117,7 +117,7 @@ def rehearse(
 
 
 def enact(
-    scenario: Scenario, models: Mapping[str, ObjectModel], body: Body, takers: list[Taker],
+    scenario: Scenario, models: Mapping[str, ObjectModel], body: PersonBody, takers: list[Taker],
     reaches: list[Reach], rng: np.random.Generator,
 ) -> Script:  # fmt: skip
     """Return the motion of a scenario whose grasps are planned.
@@ -164,12 +164,12 @@ def enact(
     )  # fmt: skip
 
 
-def sample_body(rng: np.random.Generator) -> Body:
+def sample_body(rng: np.random.Generator) -> PersonBody:
     """Return how tall a person is and how far from the table."""
     edge = rng.uniform(0.28, 0.34)
     shoulder = np.array([rng.uniform(-0.22, -0.17), edge + rng.uniform(0.10, 0.17), 0.0])
     shoulder[2] = rng.uniform(0.34, 0.42)
-    return Body(shoulder, rng.uniform(0.28, 0.31), rng.uniform(0.25, 0.275), edge)
+    return PersonBody(shoulder, rng.uniform(0.28, 0.31), rng.uniform(0.25, 0.275), edge)
 
 
 def sample_spots(count: int, rng: np.random.Generator) -> Array:
@@ -185,8 +185,8 @@ def sample_spots(count: int, rng: np.random.Generator) -> Array:
 
 
 def _play(
-    stage: Choreography, scenario: Scenario, takers: list[Taker], reaches: list[Reach], body: Body,
-    rng: np.random.Generator,
+    stage: Choreography, scenario: Scenario, takers: list[Taker], reaches: list[Reach],
+    body: PersonBody, rng: np.random.Generator,
 ) -> list[int | None]:  # fmt: skip
     """Append all acts; return the frame of each stable grasp, None for an act without one."""
     pace = replace(scenario.pace, hesitate=scenario.hesitate)
@@ -213,7 +213,7 @@ def _play(
     return stables
 
 
-def _first_touch(taker: Taker, motion: Motion, index: int, stable: int) -> int:
+def _first_touch(taker: Taker, motion: HandMotion, index: int, stable: int) -> int:
     """Return the first frame in which the skin comes within 1.5 mm of an object."""
     before = stable
     for frame in range(stable, -1, -1):

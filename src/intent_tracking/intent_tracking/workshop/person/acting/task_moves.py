@@ -9,7 +9,7 @@ from intent_perception.geometry.transforms import make_pose, rotation_from_vecto
 from intent_tracking.workshop.person.acting.hand_motion import Choreography
 from intent_tracking.workshop.person.acting.person_grasp import Taker
 from intent_tracking.workshop.person.acting.reaching import Reach, free_closing
-from intent_tracking.workshop.person.body.person_arm import Body
+from intent_tracking.workshop.person.body.person_arm import PersonBody
 
 SETTLED = 5
 """Frames after the last finger has stopped at which a grasp counts as stable in the truth."""
@@ -28,8 +28,8 @@ class Pace:
 
 
 def take_and_use(
-    stage: Choreography, taker: Taker, reach: Reach, index: int, task: str, pace: Pace, body: Body,
-    rng: np.random.Generator,
+    stage: Choreography, taker: Taker, reach: Reach, index: int, task: str, pace: Pace,
+    body: PersonBody, rng: np.random.Generator,
 ) -> int:  # fmt: skip
     """Append one demonstration; return the frame in which its grasp is stable.
 
@@ -62,7 +62,7 @@ def take_and_use(
     return stable
 
 
-def home(body: Body) -> Array:
+def home(body: PersonBody) -> Array:
     """Return the hand pose (4, 4) in the lap, hidden behind the table edge."""
     x, z = np.array([0.30, -0.65, 0.70]), np.array([0.9, 0.3, 0.0])
     x /= np.linalg.norm(x)
@@ -72,7 +72,7 @@ def home(body: Body) -> Array:
     return make_pose(np.stack([x, np.cross(z, x), z], axis=1), position)
 
 
-def come(stage: Choreography, hand: Array, angles: Array, body: Body, frames: int) -> None:
+def come(stage: Choreography, hand: Array, angles: Array, body: PersonBody, frames: int) -> None:
     """Move the empty hand to a pose; from the lap it comes up over the edge of the table."""
     start, end = stage.hand[:3, 3], hand[:3, 3]
     over = 0.5 * (start + end) + [0.0, 0.0, 0.10]
@@ -81,7 +81,7 @@ def come(stage: Choreography, hand: Array, angles: Array, body: Body, frames: in
     stage.swing(frames, over, hand, angles)
 
 
-def leave(stage: Choreography, angles: Array, body: Body, frames: int) -> None:
+def leave(stage: Choreography, angles: Array, body: PersonBody, frames: int) -> None:
     """Take the empty hand back into the lap."""
     over = np.array([body.shoulder[0], body.edge + 0.05, 0.30])
     stage.swing(frames, over, home(body), angles)

@@ -11,7 +11,7 @@ _SWIVELS = np.linspace(-np.pi, np.pi, 36, endpoint=False)
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class PersonBody:
     """The right half of a person who sits at the table's far side and faces -y; table frame."""
 
     shoulder: Array

@@ -19,7 +19,7 @@ from intent_perception.objects.database import ObjectModel
 from intent_perception.workshop.scenes.sensor_noise import KinectNoise, observe
 from intent_tracking.workshop.person.acting.script import Script
 from intent_tracking.workshop.person.body.skin import Skin
-from intent_tracking.workshop.person.filming.picture import Light, Picture, picture, sample_light
+from intent_tracking.workshop.person.filming.picture import Light, LitPicture, picture, sample_light
 from intent_tracking.workshop.person.filming.room import Clothes, Piece, sample_clothes, sample_room
 
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
@@ -113,7 +113,7 @@ def film(
 
 def still_life(
     models: tuple[ObjectModel, ...], poses: Array, scene: Set, frames: int, rng: np.random.Generator
-) -> Iterator[tuple[RgbdFrame, Picture]]:
+) -> Iterator[tuple[RgbdFrame, LitPicture]]:
     """Yield frames of objects (N, 4, 4) on the table without a person."""
     stamp = 1_000_000_000 * int(rng.integers(1_000, 9_000))
     pieces = [*_things(models, poses), *scene.room]

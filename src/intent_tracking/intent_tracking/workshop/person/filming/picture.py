@@ -34,7 +34,7 @@ class Light:
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class LitPicture:
     """One noise-free view."""
 
     color: NDArray[np.uint8]
@@ -56,7 +56,7 @@ def sample_light(rng: np.random.Generator) -> Light:
 
 def picture(
     pieces: Sequence[Piece], camera: Camera, T_table_camera: Array, light: Light
-) -> Picture:
+) -> LitPicture:
     """Return the picture of a scene.
 
     Args:
@@ -88,7 +88,7 @@ def picture(
         view.depth, view.label, _smooth(view.normal, view.label), pose, intrinsics, position,
         T_lamp, _LAMP.fx, shadow, albedo, grain, shine, ambient, _GAMMA,
     )  # fmt: skip
-    return Picture(color, view.depth, view.label)
+    return LitPicture(color, view.depth, view.label)
 
 
 def _smooth(normal: Image, label: NDArray[np.int16]) -> Image:
