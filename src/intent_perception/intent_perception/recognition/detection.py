@@ -19,6 +19,7 @@ from intent_perception.recognition.conflict import (
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.proposal.pair_hypotheses import pair_iterations, sample_pairs
 from intent_perception.recognition.proposal.pose_slots import Slots
+from intent_perception.recognition.proposal.proposal_arrays import SceneArrays
 from intent_perception.recognition.proposal.table_prior import sample_resting
 from intent_perception.recognition.verification.explanation import DRAWN, MATCH
 from intent_perception.scene.oriented_image import OrientedImage, orient
@@ -218,8 +219,7 @@ class Detector:
         if len(pixels) < config.least_pixels:
             return slots, 0
         tolerance = config.tolerance * _COARSE
-        models = (library.points, library.normals, library.offsets, library.coarse, library.axes)
-        kept = (slots.columns, slots.score, slots.pose)
+        view = SceneArrays(scene.points, *scene.surface, scene.plane)
         made = 0
         part = len(pixels) / max(whole or 0, len(pixels))
         resting = int(config.resting_points * part)
@@ -230,31 +230,23 @@ class Detector:
                 int(config.resting_lookups * more),
                 rng,
                 pixels[np.sort(some)],
-                scene.points,
-                *scene.surface,
+                view,
                 scene.parts.table.T_table_camera().astype(np.float32),
-                library.resting.starts,
-                library.resting.entries,
-                library.resting.poses,
-                *models,
+                library.resting,
+                library.arrays,
+                slots.arrays,
                 tolerance,
-                *kept,
             )
         made += sample_pairs(
             pair_iterations(config.success, min(1.0, config.assumed_share / part)),
             int(config.pair_lookups * more),
             rng,
             pixels,
-            scene.points,
-            *scene.surface,
-            library.pairs.distances,
-            library.pairs.tolerance,
-            library.pairs.starts,
-            library.pairs.entries,
-            *models,
-            scene.plane,
+            view,
+            library.pairs.arrays,
+            library.arrays,
+            slots.arrays,
             tolerance,
-            *kept,
         )
         return slots, int(made)
 

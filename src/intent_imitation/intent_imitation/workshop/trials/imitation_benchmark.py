@@ -5,8 +5,6 @@ python -m intent_imitation.benchmark [--part P] [--seed S] [--quick] [--json F] 
 
 import argparse
 import json
-import os
-import platform
 import subprocess
 import sys
 import time
@@ -22,6 +20,7 @@ from intent_imitation.workshop.trials.trials import TASKS, Laboratory, TableTria
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.network.model_file import shipped_model
 from intent_perception.objects.database import ObjectDatabase
+from intent_perception.workshop.figures.machine import machine
 
 _TABLES, _FEW = 200, 24
 _REPORTED = 20
@@ -114,11 +113,6 @@ PARTS: dict[str, Callable[[int, bool, Path | None], dict[str, Any]]] = {
     "inferred": inferred,
     "graph": graph,
 }
-
-
-def machine() -> dict[str, Any]:
-    """Return what the figures were measured on."""
-    return {"cores": os.cpu_count(), "load": os.getloadavg()[0], "cpu": platform.processor()}
 
 
 def main() -> None:

@@ -6,8 +6,6 @@ python -m intent_inference.benchmark [--part tasks|demonstrations|latency|traini
 
 import argparse
 import json
-import os
-import platform
 import sys
 import time
 from pathlib import Path
@@ -25,6 +23,7 @@ from intent_inference.workshop.evaluation.evaluation_report import ReportConfig,
 from intent_inference.workshop.evaluation.protocol import ProtocolConfig
 from intent_inference.workshop.training.fitting import train
 from intent_inference.workshop.training.labelled_table import read_grasps
+from intent_perception.workshop.figures.machine import machine
 
 PARTS = ("tasks", "demonstrations", "latency", "training", "simulation")
 _MASKS = {"full": "full", "partial": "partial", "partial_fig5": "partial_fig5"}
@@ -114,11 +113,9 @@ def main(argv: list[str] | None = None) -> int:
     data = Path(arguments.data)
     parts = (arguments.part,) if arguments.part else PARTS
     report: dict[str, Any] = {
-        "machine": {
-            "cores": os.cpu_count(), "load": os.getloadavg()[0], "cpu": platform.processor(),
-        },
+        "machine": machine(),
         "seed": arguments.seed,
-    }  # fmt: skip
+    }
     wall, cpu = time.perf_counter(), time.process_time()
     if "latency" in parts:
         model = load_model(arguments.model) if arguments.model else shipped_model()

@@ -13,7 +13,8 @@ from intent_perception.objects.loading import GREY
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.proposal.model_surface import surface_of
 from intent_perception.recognition.proposal.pair_hash import PairTable
-from intent_perception.recognition.proposal.table_prior import RestingTable, resting_table
+from intent_perception.recognition.proposal.proposal_arrays import ModelArrays, RestingArrays
+from intent_perception.recognition.proposal.table_prior import resting_table
 from intent_perception.recognition.verification.alternatives import (
     spin_axis,
     turns,
@@ -65,8 +66,13 @@ class ModelLibrary:
     """M times (F, 3)."""
     pairs: PairTable
     """The hash table of Sec. III-A."""
-    resting: RestingTable
+    resting: RestingArrays
     """Points of resting models, for the table prior."""
+
+    @property
+    def arrays(self) -> ModelArrays:
+        """The points of all models for compiled code."""
+        return ModelArrays(self.points, self.normals, self.offsets, self.coarse, self.axes)
 
     @classmethod
     def of(cls, models: Iterable[ObjectModel]) -> "ModelLibrary":

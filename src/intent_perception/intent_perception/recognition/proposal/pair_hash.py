@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
 from intent_perception.recognition.proposal.model_surface import ModelSurface
+from intent_perception.recognition.proposal.proposal_arrays import PairArrays
 
 BINS = 24
 """Bins of each angle over [0, pi]."""
@@ -46,6 +47,11 @@ class PairTable:
         entries = np.zeros((0, 3), np.uint16)
         steps = np.array(distances, np.float32)
         return cls(steps, tolerance, capacity, np.zeros(0, np.int32), entries, starts)
+
+    @property
+    def arrays(self) -> PairArrays:
+        """The table for compiled code."""
+        return PairArrays(self.distances, self.tolerance, self.starts, self.entries)
 
     @property
     def models(self) -> int:

@@ -6,9 +6,8 @@ image survive, so that neither a large model nor a large object starves the othe
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from intent_perception.basics.arrays import Floats
+from intent_perception.basics.arrays import Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_perception.recognition.proposal.pair_hash import (
     BINS,
@@ -17,9 +16,13 @@ from intent_perception.recognition.proposal.pair_hash import (
     pair_frame,
 )
 from intent_perception.recognition.proposal.pose_slots import keep
+from intent_perception.recognition.proposal.proposal_arrays import (
+    ModelArrays,
+    PairArrays,
+    SceneArrays,
+    SlotArrays,
+)
 from intent_perception.recognition.verification.point_check import support
-
-Bytes = NDArray[np.uint8]
 
 _PAIR_YIELD = 0.0044
 """Chance that a pair whose first point lies on an object gives a pose that refinement takes to the
@@ -84,26 +87,12 @@ def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
     iterations: int,
     lookups: int,
     rng: np.random.Generator,
-    pixels: NDArray[np.int64],
-    scene_points: Floats,
-    smooth: Floats,
-    scene_normals: Floats,
-    mask: Bytes,
-    intrinsics: Floats,
-    distances: Floats,
-    pair_tolerance: float,
-    starts: NDArray[np.int64],
-    entries: NDArray[np.uint16],
-    points: Floats,
-    normals: Floats,
-    offsets: NDArray[np.int64],
-    coarse: NDArray[np.int64],
-    axes: Floats,
-    plane: Floats,
+    pixels: Indices,
+    scene: SceneArrays,
+    pairs: PairArrays,
+    models: ModelArrays,
+    slots: SlotArrays,
     tolerance: float,
-    columns: int,
-    slot_score: Floats,
-    slot_pose: Floats,
 ) -> int:
     """Fill slots with verified hypotheses from random scene pairs; return how many were generated.
 
@@ -112,27 +101,13 @@ def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
         lookups: most model pairs taken per scene pair, drawn evenly among those of its signature.
         rng: of the draws.
         pixels: (N, 2) rows and columns of the points to draw from.
-        scene_points: (H, W, 3) [m].
-        smooth: (H, W) their depth; with normals, mask and intrinsics as for `support`.
-        scene_normals: (H, W, 3).
-        mask: (H, W).
-        intrinsics: (4,).
-        distances: (S,) of the pair table, with its tolerance, starts and entries.
-        pair_tolerance: [m].
-        starts: (S * BINS^3 + 1,).
-        entries: (E, 3).
-        points: (P, 3) of all models one after the other.
-        normals: (P, 3).
-        offsets: (M + 1,) where each model's points begin.
-        coarse: (M,) how many of a model's first points the coarse stage uses.
-        axes: (M, 3) symmetry axes, zero without.
-        plane: (4,) normal and offset of the table, zero without one: nothing reaches far below.
+        scene: that the points lie in.
+        pairs: the hash table.
+        models: whose pairs it holds.
+        slots: for the best poses, in and out.
         tolerance: of `support` [m].
-        columns: of `Slots`.
-        slot_score: (M, C, K) of `Slots`, in and out.
-        slot_pose: (M, C, K, 12) of `Slots`, in and out.
     """
-    height, width = smooth.shape
+    height, width = scene.depth.shape
     frame = np.empty((3, 3), np.float32)
     model_frame = np.empty((3, 3), np.float32)
     rotation = np.empty((3, 3), np.float32)
@@ -142,40 +117,40 @@ def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
     for _ in range(iterations):
         drawn = rng.integers(0, len(pixels))
         row, column = pixels[drawn, 0], pixels[drawn, 1]
-        shell = rng.integers(0, len(distances))
-        distance = distances[shell]
+        shell = rng.integers(0, len(pairs.distances))
+        distance = pairs.distances[shell]
         found = False
         v = u = 0
         length = 0.0
         for _try in range(_TRIES):
             angle = rng.random() * 2.0 * np.pi
-            reach = intrinsics[0] * distance / smooth[row, column]
+            reach = scene.intrinsics[0] * distance / scene.depth[row, column]
             reach *= 0.4 + 0.65 * rng.random()
             u = int(column + reach * np.cos(angle) + 0.5)
             v = int(row + reach * np.sin(angle) + 0.5)
-            if u < 0 or v < 0 or u >= width or v >= height or mask[v, u] != 1:
+            if u < 0 or v < 0 or u >= width or v >= height or scene.mask[v, u] != 1:
                 continue
             squared = 0.0
             for d in range(3):
-                squared += (scene_points[v, u, d] - scene_points[row, column, d]) ** 2
+                squared += (scene.points[v, u, d] - scene.points[row, column, d]) ** 2
             length = np.sqrt(squared)
-            if abs(length - distance) < pair_tolerance:
+            if abs(length - distance) < pairs.tolerance:
                 found = True
                 break
         if not found:
             continue
         a = b = c = 0.0
         for d in range(3):
-            line = (scene_points[v, u, d] - scene_points[row, column, d]) / length
-            a += scene_normals[row, column, d] * line
-            b -= scene_normals[v, u, d] * line
-            c += scene_normals[row, column, d] * scene_normals[v, u, d]
-            middle[d] = np.float32(0.5) * (scene_points[v, u, d] + scene_points[row, column, d])
+            line = (scene.points[v, u, d] - scene.points[row, column, d]) / length
+            a += scene.normals[row, column, d] * line
+            b -= scene.normals[v, u, d] * line
+            c += scene.normals[row, column, d] * scene.normals[v, u, d]
+            middle[d] = np.float32(0.5) * (scene.points[v, u, d] + scene.points[row, column, d])
         if is_degenerate(a, b, c) or not pair_frame(
-            scene_points[row, column],
-            scene_normals[row, column],
-            scene_points[v, u],
-            scene_normals[v, u],
+            scene.points[row, column],
+            scene.normals[row, column],
+            scene.points[v, u],
+            scene.normals[v, u],
             frame,
         ):
             continue
@@ -184,15 +159,18 @@ def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
         for ia in range(max(0, ka - 1), min(BINS, ka + 2)):
             for ib in range(max(0, kb - 1), min(BINS, kb + 2)):
                 first_key = ((shell * BINS + ia) * BINS + ib) * BINS
-                total += starts[first_key + min(BINS, kc + 2)] - starts[first_key + max(0, kc - 1)]
+                total += (
+                    pairs.starts[first_key + min(BINS, kc + 2)]
+                    - pairs.starts[first_key + max(0, kc - 1)]
+                )
         if total == 0:
             continue
         share = min(1.0, lookups / total)
         for ia in range(max(0, ka - 1), min(BINS, ka + 2)):
             for ib in range(max(0, kb - 1), min(BINS, kb + 2)):
                 first_key = ((shell * BINS + ia) * BINS + ib) * BINS
-                begin = starts[first_key + max(0, kc - 1)]
-                size = starts[first_key + min(BINS, kc + 2)] - begin
+                begin = pairs.starts[first_key + max(0, kc - 1)]
+                size = pairs.starts[first_key + min(BINS, kc + 2)] - begin
                 wanted = size * share
                 count = int(wanted)
                 if rng.random() < wanted - count:
@@ -203,16 +181,16 @@ def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
                 step = max(1, size // count)
                 for e in range(count):
                     entry = begin + (start + e * step) % size
-                    model = entries[entry, 0]
-                    base = offsets[model]
-                    i, j = base + entries[entry, 1], base + entries[entry, 2]
+                    model = pairs.entries[entry, 0]
+                    base = models.offsets[model]
+                    i, j = base + pairs.entries[entry, 1], base + pairs.entries[entry, 2]
                     if not transform_of_pair(
                         frame,
                         middle,
-                        points[i],
-                        normals[i],
-                        points[j],
-                        normals[j],
+                        models.points[i],
+                        models.normals[i],
+                        models.points[j],
+                        models.normals[j],
                         model_frame,
                         rotation,
                         translation,
@@ -220,20 +198,7 @@ def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
                         continue
                     generated += 1
                     consider(
-                        rotation,
-                        translation,
-                        points[base : base + coarse[model]],
-                        normals[base : base + coarse[model]],
-                        axes[model],
-                        plane,
-                        smooth,
-                        scene_normals,
-                        mask,
-                        intrinsics,
-                        tolerance,
-                        columns,
-                        slot_score[model],
-                        slot_pose[model],
+                        rotation, translation, model, scene.plane, scene, models, slots, tolerance
                     )
     return generated
 
@@ -242,20 +207,17 @@ def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
 def consider(
     rotation: Floats,
     translation: Floats,
-    points: Floats,
-    normals: Floats,
-    axis: Floats,
+    model: int,
     plane: Floats,
-    smooth: Floats,
-    scene_normals: Floats,
-    mask: Bytes,
-    intrinsics: Floats,
+    scene: SceneArrays,
+    models: ModelArrays,
+    slots: SlotArrays,
     tolerance: float,
-    columns: int,
-    slot_score: Floats,
-    slot_pose: Floats,
 ) -> None:
-    """Hold a pose against the scene on its coarse points and keep it if it is among the best."""
+    """Hold a model's pose against the scene on its coarse points and keep it if it is good."""
+    first = models.offsets[model]
+    points = models.points[first : first + models.coarse[model]]
+    normals = models.normals[first : first + models.coarse[model]]
     below = 0
     offset = plane[3]
     if offset > 0.0:
@@ -275,13 +237,22 @@ def consider(
         translation,
         points,
         normals,
-        smooth,
-        scene_normals,
-        mask,
-        intrinsics,
+        scene.depth,
+        scene.normals,
+        scene.mask,
+        scene.intrinsics,
         tolerance,
         0.5,
         True,
     )
     if score > 0.3 and match >= 8:
-        keep(score, rotation, translation, axis, intrinsics, columns, slot_score, slot_pose)
+        keep(
+            score,
+            rotation,
+            translation,
+            models.axes[model],
+            scene.intrinsics,
+            slots.columns,
+            slots.score[model],
+            slots.pose[model],
+        )

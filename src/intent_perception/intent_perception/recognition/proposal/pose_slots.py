@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
+from intent_perception.recognition.proposal.proposal_arrays import SlotArrays
 
 CELL = 24
 """Edge of the image cells that keep hypotheses of their own [pixel]."""
@@ -35,6 +36,11 @@ class Slots:
         cells = columns * (height // CELL + 1)
         score = np.full((models, cells, depth), -1.0, np.float32)
         return cls(score, np.zeros((models, cells, depth, 12), np.float32), columns)
+
+    @property
+    def arrays(self) -> SlotArrays:
+        """The slots for compiled code."""
+        return SlotArrays(self.score, self.pose, self.columns)
 
     def best(self, per_model: int) -> tuple[NDArray[np.int64], Floats]:
         """Return model (N,) and pose (N, 12) of the best slots of every model."""

@@ -6,33 +6,23 @@ instead of two: objects too flat or too small for point pairs are found this way
 such prior; these hypotheses come in addition to its own (Sec. III-A), through the same tests.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.basics.arrays import Floats
+from intent_perception.basics.arrays import Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_perception.recognition.proposal.pair_hypotheses import consider
-
-Bytes = NDArray[np.uint8]
+from intent_perception.recognition.proposal.proposal_arrays import (
+    ModelArrays,
+    RestingArrays,
+    SceneArrays,
+    SlotArrays,
+)
 
 _HEIGHT_STEP = 0.004  # [m]
 _HEIGHTS = 128
 _TILTS = 18
 _POSES = 10  # most resting poses of one model
-
-
-@dataclass(frozen=True, eq=False)
-class RestingTable:
-    """Points of all resting models, sorted by height above the table and tilt of the normal."""
-
-    starts: NDArray[np.int64]
-    """(heights * tilts + 1,) where the entries of each bin begin."""
-    entries: NDArray[np.int64]
-    """(E, 3) model, row of `poses`, row of the model's points."""
-    poses: Floats
-    """(R, 12) rotation by rows and translation, object -> table, at x = y = 0."""
 
 
 def resting_table(
@@ -42,7 +32,7 @@ def resting_table(
     stable_poses: list[Floats],
     axes: Floats,
     sector: NDArray[np.bool_],
-) -> RestingTable:
+) -> RestingArrays:
     """Return the table of all models.
 
     Args:
@@ -76,7 +66,7 @@ def resting_table(
     order = np.argsort(np.concatenate(keys), kind="stable")
     all_keys = np.concatenate(keys)[order]
     starts = np.searchsorted(all_keys, np.arange(_HEIGHTS * _TILTS + 1)).astype(np.int64)
-    return RestingTable(
+    return RestingArrays(
         starts, np.concatenate(entries)[order].astype(np.int64), np.array(rows, np.float32)
     )
 
@@ -85,25 +75,13 @@ def resting_table(
 def sample_resting(  # noqa: C901, PLR0915 (one kernel)
     lookups: int,
     rng: np.random.Generator,
-    pixels: NDArray[np.int64],
-    scene_points: Floats,
-    smooth: Floats,
-    scene_normals: Floats,
-    mask: Bytes,
-    intrinsics: Floats,
+    pixels: Indices,
+    scene: SceneArrays,
     T_table_camera: Floats,
-    starts: NDArray[np.int64],
-    entries: NDArray[np.int64],
-    poses: Floats,
-    points: Floats,
-    normals: Floats,
-    offsets: NDArray[np.int64],
-    coarse: NDArray[np.int64],
-    axes: Floats,
+    resting: RestingArrays,
+    models: ModelArrays,
+    slots: SlotArrays,
     tolerance: float,
-    columns: int,
-    slot_score: Floats,
-    slot_pose: Floats,
 ) -> int:
     """Fill slots with verified hypotheses, one set for each given pixel; return how many were made.
 
@@ -111,68 +89,55 @@ def sample_resting(  # noqa: C901, PLR0915 (one kernel)
         lookups: most entries taken per pixel, drawn evenly among those that fit.
         rng: of the draws.
         pixels: (N, 2) rows and columns.
-        scene_points: (H, W, 3) in the camera frame [m]; with depth, normals, mask and intrinsics
-            as for `sample_pairs`.
-        smooth: (H, W).
-        scene_normals: (H, W, 3).
-        mask: (H, W).
-        intrinsics: (4,).
+        scene: that the pixels lie in.
         T_table_camera: (4, 4).
-        starts: of the `RestingTable`, with its entries and poses.
-        entries: (E, 3).
-        poses: (R, 12).
-        points: (P, 3) of all models, with normals, offsets, coarse and axes as for `sample_pairs`.
-        normals: (P, 3).
-        offsets: (M + 1,).
-        coarse: (M,).
-        axes: (M, 3).
+        resting: points of resting models.
+        models: whose points they are.
+        slots: for the best poses, in and out.
         tolerance: of `support` [m].
-        columns: of `Slots`, with both of its arrays.
-        slot_score: (M, C, K) in and out.
-        slot_pose: (M, C, K, 12) in and out.
     """
     no_plane = np.zeros(4, np.float32)
     rotation = np.empty((3, 3), np.float32)
     translation = np.empty(3, np.float32)
     turned = np.empty((3, 3), np.float32)
-    scene = np.empty(3, np.float32)
+    place = np.empty(3, np.float32)
     facing = np.empty(3, np.float32)
     made = 0
     for k in range(len(pixels)):
         row, column = pixels[k, 0], pixels[k, 1]
         for r in range(3):
-            scene[r] = T_table_camera[r, 3]
+            place[r] = T_table_camera[r, 3]
             facing[r] = 0.0
             for c in range(3):
-                scene[r] += T_table_camera[r, c] * scene_points[row, column, c]
-                facing[r] += T_table_camera[r, c] * scene_normals[row, column, c]
+                place[r] += T_table_camera[r, c] * scene.points[row, column, c]
+                facing[r] += T_table_camera[r, c] * scene.normals[row, column, c]
         tilt = np.arccos(min(1.0, max(-1.0, facing[2])))
         azimuth = np.arctan2(facing[1], facing[0])
-        level = int(scene[2] / _HEIGHT_STEP)
+        level = int(place[2] / _HEIGHT_STEP)
         tilt_bin = min(_TILTS - 1, int(tilt / np.pi * _TILTS))
         low, high = max(0, tilt_bin - 1), min(_TILTS, tilt_bin + 2)
         total = 0
         for i in range(max(0, level - 1), min(_HEIGHTS, level + 2)):
-            total += starts[i * _TILTS + high] - starts[i * _TILTS + low]
+            total += resting.starts[i * _TILTS + high] - resting.starts[i * _TILTS + low]
         if total == 0:
             continue
         share = min(1.0, lookups / total)
         for i in range(max(0, level - 1), min(_HEIGHTS, level + 2)):
-            for entry in range(starts[i * _TILTS + low], starts[i * _TILTS + high]):
+            for entry in range(resting.starts[i * _TILTS + low], resting.starts[i * _TILTS + high]):
                 if share < 1.0 and rng.random() > share:
                     continue
-                model = entries[entry, 0]
-                pose = poses[entries[entry, 1]]
-                index = offsets[model] + entries[entry, 2]
+                model = resting.entries[entry, 0]
+                pose = resting.poses[resting.entries[entry, 1]]
+                index = models.offsets[model] + resting.entries[entry, 2]
                 x = np.float32(0.0)
                 y = np.float32(0.0)
                 nx = np.float32(0.0)
                 ny = np.float32(0.0)
                 for c in range(3):
-                    x += pose[c] * points[index, c]
-                    y += pose[3 + c] * points[index, c]
-                    nx += pose[c] * normals[index, c]
-                    ny += pose[3 + c] * normals[index, c]
+                    x += pose[c] * models.points[index, c]
+                    y += pose[3 + c] * models.points[index, c]
+                    nx += pose[c] * models.normals[index, c]
+                    ny += pose[3 + c] * models.normals[index, c]
                 if nx * nx + ny * ny < 0.1:  # a horizontal face has no azimuth
                     yaw = rng.random() * 2.0 * np.pi
                 else:
@@ -182,8 +147,8 @@ def sample_resting(  # noqa: C901, PLR0915 (one kernel)
                     turned[0, c] = cosine * pose[c] - sine * pose[3 + c]
                     turned[1, c] = sine * pose[c] + cosine * pose[3 + c]
                     turned[2, c] = pose[6 + c]
-                dx = scene[0] - (cosine * x - sine * y) - T_table_camera[0, 3]
-                dy = scene[1] - (sine * x + cosine * y) - T_table_camera[1, 3]
+                dx = place[0] - (cosine * x - sine * y) - T_table_camera[0, 3]
+                dy = place[1] - (sine * x + cosine * y) - T_table_camera[1, 3]
                 dz = pose[11] - T_table_camera[2, 3]
                 for r in range(3):
                     for c in range(3):
@@ -198,20 +163,5 @@ def sample_resting(  # noqa: C901, PLR0915 (one kernel)
                         + T_table_camera[2, r] * dz
                     )
                 made += 1
-                consider(
-                    rotation,
-                    translation,
-                    points[offsets[model] : offsets[model] + coarse[model]],
-                    normals[offsets[model] : offsets[model] + coarse[model]],
-                    axes[model],
-                    no_plane,
-                    smooth,
-                    scene_normals,
-                    mask,
-                    intrinsics,
-                    tolerance,
-                    columns,
-                    slot_score[model],
-                    slot_pose[model],
-                )
+                consider(rotation, translation, model, no_plane, scene, models, slots, tolerance)
     return made

@@ -7,7 +7,6 @@ python -m intent_perception.benchmark [--part NAME] [--seed S] [--scenes N] [--q
 import argparse
 import json
 import os
-import platform
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -31,6 +30,7 @@ from intent_perception.workshop.figures.benchmark_plan import (
     pose_difference,
     scenes,
 )
+from intent_perception.workshop.figures.machine import machine
 from intent_perception.workshop.figures.real_scenes import (
     COUNTED,
     OTHERS,
@@ -202,11 +202,7 @@ def main() -> None:
         plan.pictures.mkdir(parents=True, exist_ok=True)
     start = time.perf_counter()
     report: dict[str, Any] = {
-        "machine": {
-            "cores": os.cpu_count(),
-            "load": os.getloadavg()[0],
-            "cpu": platform.processor(),
-        },
+        "machine": machine(),
         "seed": plan.seed,
     }
     for name in [arguments.part] if arguments.part else PARTS:

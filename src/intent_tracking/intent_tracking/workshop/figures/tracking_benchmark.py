@@ -6,8 +6,6 @@ python -m intent_tracking.benchmark [--part NAME] [--seed S] [--quick] [--bags D
 
 import argparse
 import json
-import os
-import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from intent_perception.workshop.figures.machine import machine
 from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.workshop.figures.benchmark_bags import BagErrors, bag_errors, bags_with_truth
 from intent_tracking.workshop.figures.benchmark_motions import motion_figures
@@ -222,11 +221,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     began = time.perf_counter()
     figures: dict[str, Any] = {
-        "machine": {
-            "cores": os.cpu_count(),
-            "load": os.getloadavg()[0],
-            "cpu": platform.processor() or platform.machine(),
-        },
+        "machine": machine(),
         "seed": options.seed,
     }
     scope = Scope(options.seed, options.quick, options.bags, options.picture)
