@@ -67,22 +67,12 @@ install_run() {
   system_ros || repair_cmake
 }
 
-# tf2_msgs is not among the wheels; this one has the official type hash.
-generate_tf2_msgs() {
-  local package=$root/msg_defs/generated/tf2_msgs
-  mkdir -p "$package/msg"
-  echo "geometry_msgs/TransformStamped[] transforms" >"$package/msg/TFMessage.msg"
-  sed -e 's/intent_msgs/tf2_msgs/' -e '/msg\/.*\.msg"/d' -e '/sensor_msgs REQ/d;/std_msgs REQ/d' \
-    -e 's/DEPENDENCIES .*/"msg\/TFMessage.msg" DEPENDENCIES geometry_msgs/' \
-    msg_defs/intent_msgs/CMakeLists.txt >"$package/CMakeLists.txt"
-  sed -e 's/intent_msgs/tf2_msgs/' -e '/<depend>s/d' -e 's|<description>.*<|<description>Transforms on /tf.<|' \
-    msg_defs/intent_msgs/package.xml >"$package/package.xml"
-}
-
 build() {
   command -v c++ >/dev/null || fail "no C++ compiler was found; install g++ (the messages need it)"
-  python -c 'import ament_index_python as a; a.get_package_prefix("tf2_msgs")' 2>/dev/null || generate_tf2_msgs
-  python -m colcon build --base-paths msg_defs src --symlink-install --metas colcon.meta --event-handlers \
+  local missing=()
+  python -c 'import ament_index_python as a; a.get_package_prefix("tf2_msgs")' 2>/dev/null ||
+    missing=(--paths msg_defs/stand_ins/tf2_msgs)
+  python -m colcon build --base-paths msg_defs src "${missing[@]}" --symlink-install --metas colcon.meta --event-handlers \
     console_direct- console_cohesion- summary+ >"$venv/colcon.log" 2>&1 ||
     { tail -40 "$venv/colcon.log" >&2 && fail "colcon build failed; the whole log is in $venv/colcon.log"; }
 }
@@ -102,7 +92,7 @@ enter_venv
 once install requirements.txt requirements-ros.txt -- install_run
 enter_venv # the libraries' folders exist only now
 [ "${1:-}" != --dev ] || once install-dev requirements-dev.txt -- install_dev
-once build msg_defs/intent_msgs colcon.meta src/*/package.xml src/*/setup.* src/*/config src/*/launch src/*/rviz \
+once build msg_defs colcon.meta src/*/package.xml src/*/setup.* src/*/config src/*/launch src/*/rviz \
   -- build
 mapfile -t kernels < <(grep -rlE --include='*.py' '^@(\w+_)?kernel$' src)
 once kernels "${kernels[@]}" -- forget_kernels

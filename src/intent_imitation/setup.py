@@ -27,7 +27,7 @@ setup(
     ],
     zip_safe=False,
     maintainer="Intent maintainers",
-    maintainer_email="maintainers@example.org",
+    maintainer_email="maintainers@intent.invalid",
     description="Chooses an object and a robot grasp that serve the intended task",
     license="Apache-2.0",
     entry_points={

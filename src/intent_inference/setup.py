@@ -27,7 +27,7 @@ setup(
     ],
     zip_safe=False,
     maintainer="Intent maintainers",
-    maintainer_email="maintainers@example.org",
+    maintainer_email="maintainers@intent.invalid",
     description="Infers the task a person intends from a grasp, with Bayesian networks",
     license="Apache-2.0",
     entry_points={

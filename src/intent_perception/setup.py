@@ -27,7 +27,7 @@ setup(
     ],
     zip_safe=False,
     maintainer="Intent maintainers",
-    maintainer_email="maintainers@example.org",
+    maintainer_email="maintainers@intent.invalid",
     description="Recognises known objects on a table in RGB-D images",
     license="Apache-2.0",
     entry_points={

@@ -27,7 +27,7 @@ setup(
     ],
     zip_safe=False,
     maintainer="Intent maintainers",
-    maintainer_email="maintainers@example.org",
+    maintainer_email="maintainers@intent.invalid",
     description="Tracks a human hand and the objects it moves; finds stable grasps",
     license="Apache-2.0",
     entry_points={
