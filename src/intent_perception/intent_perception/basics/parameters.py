@@ -54,10 +54,15 @@ class Kind:
     range: Range | None
     description: str
 
-    def __str__(self) -> str:
+    def expected(self, value: Any) -> str:
+        """Return "in 1..9" or "as an integer in 1..9": what a value that is refused should be."""
         if self.choices:
-            return " or ".join(map(repr, self.choices))
-        return f"in {self.range}" if self.range else _ARTICLES[self.type]
+            return f"as {' or '.join(map(repr, self.choices))}"
+        within = f" in {self.range}" if self.range else ""
+        if self.many:
+            return f"as one or more numbers{within}"
+        bare = self.range and replace(self, range=None).allows(value)
+        return within[1:] if bare else f"as {_ARTICLES[self.type]}{within}"
 
     def allows(self, value: Any) -> bool:
         """Return whether the field may hold a value."""
@@ -91,14 +96,13 @@ def check(config: Any) -> None:
         ValueError: that names the parameter, what it may be and what it is.
     """
     for name, kind in kinds_of(config).items():
-        if kind.type is not None:
-            refuse_unless(kind, getattr(config, name), f"{type(config).__name__}: expected {name}")
+        if kind.type is not None and not kind.allows(value := getattr(config, name)):
+            raise ValueError(f"{type(config).__name__}: {refusal(name, kind, value)}")
 
 
-def refuse_unless(kind: Kind, value: Any, what: str) -> None:
-    """Raise ValueError "`what` in 1..3, got 4" unless a field may hold a value."""
-    if not kind.allows(value):
-        raise ValueError(f"{what} {'all ' if kind.many else ''}{kind}, got {value!r}")
+def refusal(name: str, kind: Kind, value: Any) -> str:
+    """Return the sentence about a value that a field must not hold."""
+    return f"expected {name} {kind.expected(value)}, got {value!r}"
 
 
 @dataclass(frozen=True)

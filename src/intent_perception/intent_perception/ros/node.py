@@ -27,7 +27,7 @@ from intent_perception.basics.parameters import (
     Parameter,
     as_field,
     parameters_of,
-    refuse_unless,
+    refusal,
     with_values,
 )
 from intent_perception.geometry.camera import RgbdFrame
@@ -86,7 +86,8 @@ def _declared_one(node: Node, parameter: Parameter) -> Any:
     default = RosParameter(name, value=list(default) if kind.many else default)
     loose = ParameterDescriptor(dynamic_typing=True)
     value = as_field(kind, node.declare_parameter(name, default.value, loose).value)
-    refuse_unless(kind, value, f"parameter {name}: expected")
+    if not kind.allows(value):
+        raise ValueError(refusal(f"parameter {name}", kind, value))
     ros_value = "" if value is None else list(value) if kind.many else value
     chosen = RosParameter(name, default.type_, ros_value).get_parameter_value()
     node.set_descriptor(name, _descriptor(kind, default.type_.value), chosen)
@@ -97,7 +98,7 @@ def _descriptor(kind: Kind, ros_type: int) -> ParameterDescriptor:
     """Return description, type and range as `ros2 param describe` shows them."""
     found = ParameterDescriptor(description=kind.description, type=ros_type, read_only=True)
     if kind.choices:
-        found.additional_constraints = str(kind)
+        found.additional_constraints = " or ".join(kind.choices)
     if kind.range is not None and not kind.many:
         low, high, step = kind.range.low, kind.range.high, kind.range.step
         if kind.type is int:

@@ -38,7 +38,7 @@ class TabletopConfig(Checked):
     residual: float = 0.1
     """Largest share of the weight, from any side, that the contacts may fail to hold, 0..0.99."""
     friction: float = 0.8
-    """Coulomb coefficient, 0.01..10."""
+    """Coulomb coefficient between hand and object, 0.01..10."""
 
 
 @dataclass(frozen=True, eq=False)
