@@ -19,6 +19,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 _NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
 _RANGE = re.compile(rf"{_NUMBER}\.\.{_NUMBER}(?:, a multiple of (\d+))?")
+_UNIT = re.compile(r" \[[^\]]+\]")
 _ARTICLES = {int: "an integer", float: "a number", bool: "true or false", str: "a text"}
 
 
@@ -58,7 +59,8 @@ class Kind:
         """Return "in 1..9" or "as an integer in 1..9": what a value that is refused should be."""
         if self.choices:
             return f"as {' or '.join(map(repr, self.choices))}"
-        within = f" in {self.range}" if self.range else ""
+        unit = _UNIT.search(self.description)
+        within = f" in {self.range}{unit[0] if unit else ''}" if self.range else ""
         if self.many:
             return f"as one or more numbers{within}"
         bare = self.range and replace(self, range=None).allows(value)
