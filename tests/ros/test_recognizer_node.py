@@ -109,7 +109,7 @@ def test_a_wrong_parameter_ends_the_node_with_one_sentence(graph: Graph) -> None
     [
         ("queue:=-3", "expected parameter queue in 1..1000, got -3"),
         ("queue:=abc", "expected parameter queue as an integer in 1..1000, got 'abc'"),
-        ("edge:=7.0", "expected parameter edge in 0..1, got 7.0"),
+        ("edge:=7.0", "expected parameter edge in 0..1 [m], got 7.0"),
         ("color_transport:=jpeg", "as 'raw' or 'compressed', got 'jpeg'"),
     ],
 )
