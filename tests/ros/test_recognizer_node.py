@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from intent_msgs.msg import RecognizedObjects
+from rclpy.node import Node
+from rclpy.parameter import Parameter
 from tests.support.harness import SECOND, Graph, Probe, ros_arguments
 
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.ros.convert import objects_from_msg
+from intent_perception.ros.node import InputConfig, declared
 from intent_perception.ros.recognizer_node import RecognizerNode
 from intent_perception.workshop.scenes.table_scenes import tabletop_scene
 
@@ -99,6 +102,40 @@ def test_a_wrong_parameter_ends_the_node_with_one_sentence(graph: Graph) -> None
     assert graph.wait(name) == 1
     assert "an object database (YAML file or folder)" in graph.log(name)
     assert "Traceback" not in graph.log(name)
+
+
+@pytest.mark.parametrize(
+    ("setting", "sentence"),
+    [
+        ("queue:=-3", "expected parameter queue in 1..1000, got -3"),
+        ("queue:=abc", "expected parameter queue as an integer in 1..1000, got 'abc'"),
+        ("edge:=7.0", "expected parameter edge in 0..1 [m], got 7.0"),
+        ("color_transport:=jpeg", "as 'raw' or 'compressed', got 'jpeg'"),
+    ],
+)
+def test_a_parameter_out_of_range_ends_the_node_with_one_sentence(
+    graph: Graph, setting: str, sentence: str
+) -> None:
+    name = graph.start("intent_perception", "recognizer", *ros_arguments(setting))
+    assert graph.wait(name) == 1
+    said = [line for line in graph.log(name).splitlines() if "FATAL" in line]
+    assert len(said) == 1
+    assert sentence in said[0]
+    assert "Traceback" not in graph.log(name)
+
+
+def test_ranges_and_types_are_declared_and_an_integer_will_do_for_a_number(probe: Probe) -> None:
+    node = Node("camera", parameter_overrides=[Parameter("silence", value=3)])
+    probe.run_with(node)
+    assert declared(node, InputConfig()).silence == node.get_parameter("silence").value == 3.0
+    silence, queue = (node.describe_parameter(name) for name in ("silence", "queue"))
+    assert silence.type == Parameter.Type.DOUBLE.value
+    assert (silence.floating_point_range[0].to_value, queue.integer_range[0].to_value) == (
+        3600.0,
+        1000,
+    )
+    assert queue.read_only
+    assert not queue.dynamic_typing
 
 
 def test_a_folder_that_is_no_bag_is_refused_with_one_sentence(graph: Graph, tmp_path: Path) -> None:

@@ -116,7 +116,7 @@ def test_an_object_outside_the_database_is_passed_over(database):
 
 
 def test_thresholds_of_zero_are_refused():
-    with pytest.raises(ValueError, match="above 0"):
+    with pytest.raises(ValueError, match="expected window"):
         GraspConfig(window=0.0)
 
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from intent_perception.basics.parameters import parameters_of, with_values
 from intent_perception.geometry.camera import KINECT, RgbdFrame
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.tracker.recording import follow
@@ -95,6 +96,26 @@ def test_deviations_are_published_for_every_value(sequence):
     state = tracker.step(sequence.frames[0])
     assert state.state_std.shape == state.state.shape == (32,)
     assert np.all(state.state_std > 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_every_end_of_a_range_can_be_run(sequence, end):
+    costly = ("particles", "generations", "trials", "iterations", "turns")
+    values = {"table": False, "track.swarm_cost": 0.0, "track.swarm_size": 32}
+    for parameter in parameters_of(TrackerConfig()):
+        name, kind = parameter.name, parameter.kind
+        if kind.range is None or name in values or (end == "high" and name.endswith(costly)):
+            continue
+        value = kind.type(getattr(kind.range, end))
+        values[name] = [value] if kind.many else value
+    config = with_values(TrackerConfig(), values)
+    tracker = started(sequence, config, np.random.default_rng(0))
+    for frame in sequence.frames[:2]:
+        tracker.step(frame)
+    tracker = Tracker({}, config)
+    tracker.start(NOTHING)
+    tracker.step(sequence.frames[3])
 
 
 def sr305_frames():

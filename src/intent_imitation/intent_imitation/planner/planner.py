@@ -25,6 +25,7 @@ from intent_inference.intention.estimator import TaskPosterior
 from intent_inference.network.model_file import load_model, shipped_model
 from intent_inference.network.task_model import TaskModel
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
@@ -33,41 +34,33 @@ __all__ = ["GraspCandidate", "GraspPlan", "GraspPlanner", "ObjectChoice", "Plann
 
 
 @dataclass(frozen=True)
-class PlannerConfig:
+class PlannerConfig(Checked):
     """What counts as fit for a task, and how much room the hand needs."""
 
     minimum_object: float = 0.1
-    """Least p(t* | o) of an object that may be chosen."""
+    """Least p(t* | o) of an object that may be chosen, 0..1."""
     minimum_grasp: float = 0.6
     """Least p(t* | o, a) of its best reachable grasp; below, the object is unfit. Chosen on objects
-    that BN^R was not trained on, where 0.5 accepts tools with no fitting grasp in reach."""
+    that BN^R was not trained on, where 0.5 accepts tools with no fitting grasp in reach; 0..1."""
     table_gap: float = 0.001
-    """Least gap between hand and table on the way [m]."""
+    """Least gap between hand and table on the way [m], -0.05..0.1."""
     neighbour_gap: float = 0.005
-    """Least gap between hand and other objects on the way [m]."""
+    """Least gap between hand and other objects on the way [m], -0.05..0.1."""
     target_gap: float = -0.008
-    """Least gap between open hand and its object; below 0: fingers may push in that far [m]."""
+    """Least gap between open hand and its object; below 0: fingers may push in that far [m];
+    -0.05..0.1."""
     grasps: int = 10
-    """Number of grasps in a plan."""
+    """Number of grasps in a plan, 1..1000."""
     batch: int = 24
-    """Number of grasps checked for collision at a time, most promising first."""
+    """Number of grasps checked for collision at a time, most promising first, 1..1000."""
     stability_weight: float = 0.5
-    """Exponent of the stability in the score; 0: p(t* | o, a) alone."""
+    """Exponent of the stability in the score; 0: p(t* | o, a) alone; 0..10."""
     unshaken: int = 300
-    """Number of grasps tried on the fly for an object without a library."""
+    """Number of grasps tried on the fly for an object without a library, 1..100000."""
     library: str = ""
     """File of preplanned grasps, which names the robot's hand; empty: the shipped Schunk hand's."""
     network: str = ""
     """File of BN^R; empty: the shipped one of the library's hand."""
-
-    def __post_init__(self) -> None:
-        for name in ("minimum_object", "minimum_grasp"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(f"expected {name} in 0..1, got {getattr(self, name)}")
-        if min(self.grasps, self.batch, self.unshaken) < 1:
-            raise ValueError("expected grasps, batch and unshaken of at least 1")
-        if self.stability_weight < 0.0:
-            raise ValueError(f"expected stability_weight >= 0, got {self.stability_weight}")
 
     def leaves_room(self, gaps: Clearances) -> NDArray[np.bool_]:
         """Return whether each grasp (G,) keeps the least gaps on its way."""

@@ -16,22 +16,20 @@ from intent_inference.grasping.grasp_hypotheses import (
 )
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
+from intent_perception.basics.parameters import Checked
 
 _WANTED_SHARE, _REDRAWS = 0.6, 25
 
 
 @dataclass(frozen=True)
-class FilterConfig:
+class FilterConfig(Checked):
     """What a closed grasp must show before it is shaken."""
 
     residual: float = 0.25
-    """Largest share of the weight, from any side, that the contacts may fail to hold."""
+    """Largest share of the weight, from any side, that the contacts may fail to hold, 0..0.99."""
     friction: float = 0.5
-    """Coulomb coefficient, below the real one: what needs all friction does not survive."""
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.residual < 1.0 or self.friction <= 0.0:
-            raise ValueError(f"expected 0 <= residual < 1 and friction > 0, got {self}")
+    """Coulomb coefficient, below the real one: what needs all friction does not survive;
+    0.001..10."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ import numpy as np
 
 from intent_inference.grasping.grasping_hand import GraspingHand, Preshape
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.transforms import rotation_from_vector
 
@@ -19,21 +20,17 @@ _NEAR_MASS, _NEAR_MASS_SHARE = 0.015, 0.8
 
 
 @dataclass(frozen=True)
-class HypothesisConfig:
+class HypothesisConfig(Checked):
     """How far hypotheses are spread around box faces."""
 
     roll: float = 0.35
-    """Largest roll about the approach from a box axis [rad]."""
+    """Largest roll about the approach from a box axis [rad], 0..3.1."""
     tilt: float = 0.12
-    """Standard deviation of the approach's tilt from the face normal [rad]."""
+    """Standard deviation of the approach's tilt from the face normal [rad], 0..1.5."""
     posture: float = 0.05
-    """Standard deviation of the moving joints' open angles [rad]."""
+    """Standard deviation of the moving joints' open angles [rad], 0..1."""
     clearance: float = 0.05
-    """The hand starts with its centre this far in front of all of the object [m]."""
-
-    def __post_init__(self) -> None:
-        if min(self.roll, self.tilt, self.posture) < 0 or self.clearance <= 0:
-            raise ValueError(f"expected spreads >= 0 and clearance > 0, got {self}")
+    """The hand starts with its centre this far in front of all of the object [m], 0.001..0.5."""
 
 
 @dataclass(frozen=True, eq=False)

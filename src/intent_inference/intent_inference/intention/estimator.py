@@ -1,6 +1,7 @@
 """From a grasp or a reach to the probability of each task (Sec. IV-C)."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from intent_inference.quantisation.feature_table import Features, stack_features
 from intent_inference.quantisation.soft_evidence import SoftEvidence
 from intent_inference.quantisation.variables import OBJECT_CLASS
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.grasp.grasp_detector import StableGrasp
 from intent_tracking.scene.scene_state import SceneState
@@ -54,7 +56,7 @@ class TaskPosterior:
 
 
 @dataclass(frozen=True)
-class InferenceConfig:
+class InferenceConfig(Checked):
     """How evidence becomes a posterior."""
 
     model: str = ""
@@ -62,33 +64,24 @@ class InferenceConfig:
     models: str = ""
     """Object database (YAML file or folder); empty: the shipped objects."""
     threshold: float = 0.5
-    """A grasp is good for the tasks whose probability is above this."""
+    """A grasp is good for the tasks whose probability is above this, 0.001..0.999."""
     prior: float = 0.5
-    """Probability of a task before any evidence; training is balanced (0.5)."""
+    """Probability of a task before any evidence; training is balanced (0.5); 0.001..0.999."""
     least_direction_std: float = 0.10
-    """Least uncertainty of the hand's orientation [rad]: trackers are off by more than they say."""
+    """Least uncertainty of the hand's orientation [rad]: trackers are off by more than they say;
+    0..3.1."""
     least_position_std: float = 0.06
-    """Least uncertainty of the unit grasp position."""
+    """Least uncertainty of the unit grasp position, 0..2."""
     least_joint_std: float = 0.15
-    """Least uncertainty of a joint angle [rad]."""
-    engine: str = "compiled"
+    """Least uncertainty of a joint angle [rad], 0..3.1."""
+    engine: Literal["compiled", "junction-tree"] = "compiled"
     """compiled: the schedule; junction-tree: pgmpy's, a slow reference, for final posteriors."""
     explain: bool = True
     """Say how much each piece of evidence moved each task."""
-    reach_memory: float = 0.15
-    """Time constant of the filter over frames while the hand reaches [s]."""
-    reach_range: float = 0.60
-    """Gap between hand and object beyond which nothing is said [m]."""
-
-    def __post_init__(self) -> None:
-        if self.engine not in ("compiled", "junction-tree"):
-            raise ValueError(f"engine: expected compiled or junction-tree, got {self.engine!r}")
-        for name in ("threshold", "prior"):
-            if not 0.0 < getattr(self, name) < 1.0:
-                raise ValueError(f"{name}: expected between 0 and 1, got {getattr(self, name)}")
-        for name in ("least_direction_std", "least_position_std", "least_joint_std"):
-            if getattr(self, name) < 0.0:
-                raise ValueError(f"{name}: expected 0 or more, got {getattr(self, name)}")
+    reach_memory: float = ReachConfig.memory
+    """Time constant of the filter over frames while the hand reaches [s], 0.001..10."""
+    reach_range: float = ReachConfig.range
+    """Gap between hand and object beyond which nothing is said [m], 0..5."""
 
 
 class IntentionEstimator:

@@ -14,6 +14,7 @@ from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import Features, stack_features
 from intent_inference.quantisation.soft_evidence import SoftEvidence
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import (
     inverse,
     quaternion_from_rotation,
@@ -30,28 +31,24 @@ from intent_tracking.scene.hand_model import HandModel, Side
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.scene.state_layout import HAND_SIZE
 
+_FORESIGHT = 0.25
+"""The target is the object nearest to where the hand would be this much later [s]."""
+_DIRECTION_STD, _POSITION_STD, _JOINT_STD = 0.15, 0.10, 0.30
+"""Uncertainty of orientation [rad], unit grasp position and joint angles [rad] at the object …"""
+_DIRECTION_PER_DISTANCE, _POSITION_PER_DISTANCE, _JOINT_PER_DISTANCE = 2.0, 2.0, 3.0
+"""… and more of it per metre away: the hand still turns, and opens before it closes."""
+
 
 @dataclass(frozen=True)
-class ReachConfig:
+class ReachConfig(Checked):
     """How a frame of a reach is read."""
 
     memory: float = 0.15
-    """Time constant of the filter [s]."""
+    """Time constant of the filter [s], 0.001..10."""
     range: float = 0.60
-    """Nothing is said while the palm is farther than this from every object's surface [m]."""
+    """Nothing is said while the palm is farther than this from every object's surface [m], 0..5."""
     release: float = 0.12
-    """A grasped object counts as let go of when the palm is this far from its surface [m]."""
-    foresight: float = 0.25
-    """The target is the object nearest to where the hand would be this much later [s]."""
-    direction_per_distance: float = 2.0
-    """The hand still turns on its way: uncertainty of its final orientation [rad/m]."""
-    position_per_distance: float = 2.0
-    """Uncertainty of the final unit grasp position [1/m]."""
-    joint_per_distance: float = 3.0
-    """Uncertainty of the final joint angles [rad/m]: the hand opens before it closes."""
-    least_direction_std: float = 0.15
-    least_position_std: float = 0.10
-    least_joint_std: float = 0.30
+    """A grasped object counts as let go of when the palm is this far from its surface [m], 0..5."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +124,7 @@ class ReachFilter:
         )
         tracked = np.nan_to_num(state.state_std[:HAND_SIZE], nan=0.0)
         far = np.array([gaps[i] for i in near])
-        deviations = reach_deviations(features, far, tracked, self._config)
+        deviations = reach_deviations(features, far, tracked)
         evidence = self._model.evidence(features, deviations)
         fresh = self._model.calibrated_log_odds(evidence)
         kept = {}
@@ -135,7 +132,7 @@ class ReachFilter:
             before = self._log_odds.get(state.object_ids[index])
             kept[state.object_ids[index]] = filtered(before, fresh[row], elapsed, self._config)
         self._log_odds = kept
-        ahead = palm + self._config.foresight * self._velocity
+        ahead = palm + _FORESIGHT * self._velocity
         target = min(near, key=lambda i: self._gap(state, i, ahead))
         row = near.index(target)
         own = SoftEvidence(
@@ -223,23 +220,20 @@ def filtered(before: Array | None, fresh: Array, elapsed: float, config: ReachCo
     return before + share * (fresh - before)
 
 
-def reach_deviations(
-    features: Features, gaps: Array, tracked: Array, config: ReachConfig
-) -> Features:
+def reach_deviations(features: Features, gaps: Array, tracked: Array) -> Features:
     """Return how far each frame's pose may be from that of the grasp to come.
 
     Args:
         features: N frames or objects with dir, npos and fcon.
         gaps: (N,) from the palm to the object's surface [m].
         tracked: (26,) or (N, 26) standard deviations of the hand's state [m, rad].
-        config: see there.
     """
     far = gaps[:, None]
     tracked = np.broadcast_to(tracked, (len(gaps), HAND_SIZE))
     turn = np.linalg.norm(tracked[:, 3:6], axis=1, keepdims=True) / np.sqrt(3.0)
-    direction = np.hypot(config.least_direction_std + config.direction_per_distance * far, turn)
-    position = config.least_position_std + config.position_per_distance * far
-    joint = np.hypot(config.least_joint_std + config.joint_per_distance * far, tracked[:, 6:])
+    direction = np.hypot(_DIRECTION_STD + _DIRECTION_PER_DISTANCE * far, turn)
+    position = _POSITION_STD + _POSITION_PER_DISTANCE * far
+    joint = np.hypot(_JOINT_STD + _JOINT_PER_DISTANCE * far, tracked[:, 6:])
     return {
         "dir": np.repeat(direction / 2.0, 4, axis=1),
         "npos": np.repeat(position, 3, axis=1),

@@ -15,30 +15,27 @@ from intent_inference.quantisation.som import (
 )
 from intent_inference.quantisation.variables import coordinates_of
 from intent_perception.basics.arrays import Array, Mask
+from intent_perception.basics.parameters import Checked
 
 _FLAT = 1e-6  # a coordinate that varies less is constant
 
 
 @dataclass(frozen=True)
-class QuantisationConfig:
+class QuantisationConfig(Checked):
     """How continuous variables are turned into states."""
 
     states: tuple[int, ...] = (4, 6, 8, 12, 16, 24)
-    """Numbers of states K that are tried."""
+    """Numbers of states K that are tried, 2..100."""
     kept_variance: float = 0.95
-    """Share of a variable's variance kept by its principal axes (more than `full_dimensions`)."""
+    """Share of a variable's variance kept by its principal axes (more than `full_dimensions`),
+    0.01..1."""
     full_dimensions: int = 6
-    """Variables with more coordinates are reduced: full covariances in 20 dimensions over-fit."""
+    """Variables with more coordinates are reduced: full covariances in 20 dimensions over-fit;
+    1..100."""
     floor: float = 1e-2
-    """Least variance of a component [standard deviations squared]."""
+    """Least variance of a component [standard deviations squared], 1e-6..1."""
     most_samples: int = 4000
-    """Samples that maps and mixtures are fitted to; a random subset of more."""
-
-    def __post_init__(self) -> None:
-        if not self.states or min(self.states) < 2:
-            raise ValueError(f"states: expected numbers of at least 2, got {self.states}")
-        if not 0.0 < self.kept_variance <= 1.0:
-            raise ValueError(f"kept_variance: expected (0, 1], got {self.kept_variance}")
+    """Samples that maps and mixtures are fitted to; a random subset of more; 10..10000000."""
 
 
 @dataclass(frozen=True, eq=False)

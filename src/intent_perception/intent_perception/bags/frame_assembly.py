@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import (
     Camera,
     ColorImage,
@@ -78,7 +79,7 @@ def _fields(message: Any) -> tuple[str, int, int, int, bool, Any]:
 
 
 @dataclass(frozen=True)
-class SynchroniserConfig:
+class SynchroniserConfig(Checked):
     """Which images belong together."""
 
     tolerance: float = 0.015
@@ -89,11 +90,6 @@ class SynchroniserConfig:
     and everything waiting is forgotten [s], 0.1..10."""
     queue: int = 10
     """Images of each kind that wait for their partner, 1..100."""
-
-    def __post_init__(self) -> None:
-        """Refuse values out of range."""
-        if not (0.0 <= self.tolerance <= 0.1 and self.jump >= 0.1 and self.queue >= 1):
-            raise ValueError(f"expected tolerance in 0..0.1, jump and queue above 0, got {self}")
 
 
 class FrameSynchroniser:

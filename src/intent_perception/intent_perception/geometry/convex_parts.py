@@ -15,45 +15,33 @@ from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh, convex_hull
 from intent_perception.geometry.sdf_grid import inside_grid
 
-
-@dataclass(frozen=True)
-class ConvexPartsConfig:
-    """How finely a mesh is cut."""
-
-    count: int = 40
-    """Greatest number of pieces."""
-    depth: float = 0.004
-    """Way from the surface out of the hull that needs no more cuts [m]."""
-    relative_depth: float = 0.03
-    """The same as a share of the mesh's longest edge; the greater of both counts."""
-    cell: float = 0.018
-    """Vertices nearer than this share of the longest edge are joined before cutting."""
-    filling: int = 24
-    """Points inside along the longest edge, so that the pieces of a solid are solid."""
-    thickness: float = 0.0005
-    """Flat pieces (of an open mesh) are thickened by this [m]."""
+_COUNT = 40  # greatest number of pieces
+_DEPTH = 0.004  # way from the surface out of the hull that needs no more cuts [m]
+_RELATIVE_DEPTH = 0.03  # the same as a share of the mesh's longest edge; the greater of both counts
+_CELL = 0.018  # vertices nearer than this share of the longest edge are joined before cutting
+_FILLING = 24  # points inside along the longest edge, so that the pieces of a solid are solid
+_THICKNESS = 0.0005  # flat pieces (of an open mesh) are thickened by this [m]
 
 
-def convex_pieces(mesh: Mesh, config: ConvexPartsConfig | None = None) -> tuple[Mesh, ...]:
+def convex_pieces(mesh: Mesh) -> tuple[Mesh, ...]:
     """Return convex meshes that cover a mesh.
 
     The piece with the deepest hollow is cut next, across the axis and at the place where the hulls
     of both halves are smallest.
     """
-    config = config or ConvexPartsConfig()
     longest = float(np.ptp(mesh.bounds, axis=0).max())
-    limit = max(config.depth, config.relative_depth * longest)
-    inside = _inside_points(mesh, longest / config.filling)
-    whole = _Piece(_coarser(mesh, config.cell * longest), inside)
+    limit = max(_DEPTH, _RELATIVE_DEPTH * longest)
+    inside = _inside_points(mesh, longest / _FILLING)
+    whole = _Piece(_coarser(mesh, _CELL * longest), inside)
     queue = [(-whole.hollow(), 0, whole)]
     serial = 0
-    while len(queue) < config.count and -queue[0][0] > limit:
+    while len(queue) < _COUNT and -queue[0][0] > limit:
         _, _, piece = heapq.heappop(queue)
         for half in _best_cut(piece):
             serial += 1
             heapq.heappush(queue, (-half.hollow(), serial, half))
     ordered = sorted(queue, key=lambda item: item[1])
-    return tuple(_thick_hull(piece.points, config.thickness) for _, _, piece in ordered)
+    return tuple(_thick_hull(piece.points) for _, _, piece in ordered)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,9 +172,9 @@ def _clip(triangles: Array, axis: int, at: float, keep_above: bool = False) -> A
     return np.concatenate(pieces)
 
 
-def _thick_hull(points: Array, thickness: float) -> Mesh:
+def _thick_hull(points: Array) -> Mesh:
     try:
         return convex_hull(points)
     except ValueError:
         corners = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
-        return convex_hull((points[:, None] + corners * (0.5 * thickness)).reshape(-1, 3))
+        return convex_hull((points[:, None] + corners * (0.5 * _THICKNESS)).reshape(-1, 3))

@@ -1,7 +1,5 @@
 """Symmetries of a mesh, found by turning it and measuring how far its surface moves."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -20,33 +18,20 @@ _FOLDS = (6, 5, 4, 3, 2)
 _NEAR = np.cos(np.deg2rad(6.0))
 _STEPS = 8
 
-
-@dataclass(frozen=True)
-class SymmetryConfig:
-    """When a turned mesh counts as the same."""
-
-    tolerance: float = 0.006
-    """Distance between turned and true surface, in diameters, that cannot be seen …"""
-    noise: float = 0.001
-    """… plus this, the noise of scans and of the sensor [m]."""
-    quantile: float = 0.96
-    """Share of the surface that must be within the tolerance."""
-    points: int = 800
-    """Surface points that are turned."""
-    reference_points: int = 12000
-    """Surface points that they are compared with."""
-    seed: int = 0
-    """Seed of the surface points."""
+_TOLERANCE = 0.006  # distance between turned and true surface, in diameters, that cannot be seen …
+_NOISE = 0.001  # … plus this, the noise of scans and of the sensor [m]
+_QUANTILE = 0.96  # share of the surface that must be within the tolerance
+_POINTS = 800  # surface points that are turned
+_REFERENCE_POINTS = 12000  # surface points that they are compared with
 
 
-def find_symmetry(mesh: Mesh, config: SymmetryConfig | None = None) -> Symmetry:
+def find_symmetry(mesh: Mesh) -> Symmetry:
     """Return the rotational symmetries of a mesh about its principal axes, fitted to the surface.
 
     Axes are the principal axes of the surface and, where two of these are interchangeable (prisms,
     boxes of square section), directions between them. Mirror symmetries are no rigid motions.
     """
-    config = config or SymmetryConfig()
-    test = _Test(mesh, config)
+    test = _Test(mesh)
     axes = test.settle()
     for axis in axes:
         if all(test.holds(axis, angle) for angle in _SPINS):
@@ -65,16 +50,15 @@ def find_symmetry(mesh: Mesh, config: SymmetryConfig | None = None) -> Symmetry:
 class _Test:
     """Surface points of a mesh and the question whether a rotation maps it onto itself."""
 
-    def __init__(self, mesh: Mesh, config: SymmetryConfig) -> None:
-        rng = np.random.default_rng(config.seed)
-        reference, self._normals, _ = mesh.sample_surface(config.reference_points, rng)
+    def __init__(self, mesh: Mesh) -> None:
+        rng = np.random.default_rng(0)
+        reference, self._normals, _ = mesh.sample_surface(_REFERENCE_POINTS, rng)
         self._reference = reference
-        self._config = config
         self.center, spread = _surface_moments(mesh)
         self._tree = cKDTree(reference)
-        self._points = mesh.sample_surface(config.points, rng)[0] - self.center
+        self._points = mesh.sample_surface(_POINTS, rng)[0] - self.center
         diameter = float(np.linalg.norm(np.ptp(mesh.bounds, axis=0)))
-        self._limit = config.tolerance * diameter + config.noise
+        self._limit = _TOLERANCE * diameter + _NOISE
         # Two samplings of one surface lie this far apart even without any turn.
         self._spacing = 2.0 * float(
             np.quantile(self._tree.query(self._points + self.center)[0], 0.9)
@@ -84,7 +68,7 @@ class _Test:
     def holds(self, axis: Array, angle: float) -> bool:
         """Return whether a turn about an axis through the centre is a symmetry."""
         turn = self.pose(rotation_from_vector(axis * angle))
-        return self._share(turn) >= self._config.quantile
+        return self._share(turn) >= _QUANTILE
 
     def settle(self) -> Array:
         """Return the axes (3, 3) after half turns about them were fitted to the surface.
@@ -99,7 +83,7 @@ class _Test:
             turn = self._fitted(self.pose(rotation_from_vector(axis * np.pi)))
             found = vector_from_rotation(turn[:3, :3])
             found /= max(float(np.linalg.norm(found)), 1e-9)
-            if abs(float(found @ axis)) < _NEAR or self._share(turn) < self._config.quantile:
+            if abs(float(found @ axis)) < _NEAR or self._share(turn) < _QUANTILE:
                 continue
             axes[k] = found * np.sign(found @ axis)
             rows.append(np.eye(3) - turn[:3, :3])

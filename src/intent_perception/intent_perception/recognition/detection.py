@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.recognition.candidates import PoseJudge
 from intent_perception.recognition.confidence import confidence, features_of
@@ -36,15 +37,15 @@ _SLOTS = 3  # poses kept of each model in each image cell
 
 
 @dataclass(frozen=True)
-class DetectorConfig:
+class DetectorConfig(Checked):
     """Parameters of the detector."""
 
     focal_length: float = 525.0
-    """Images of a longer focal length are reduced to about this one [pixel]."""
+    """Images of a longer focal length are reduced to about this one [pixel], 100..2000."""
     max_depth: float = 1.8
-    """Measurements beyond are ignored [m]."""
+    """Measurements beyond are ignored [m], 0.3..100."""
     normal_radius: float = 0.009
-    """Half the window in which normals are estimated [m]."""
+    """Half the window in which normals are estimated [m], 0.002..0.1."""
     table_tolerance: float = 0.008
     """Deviation of the table top from a plane [m], 0.001..0.05."""
     table_share: float = 0.15
@@ -54,33 +55,25 @@ class DetectorConfig:
     assumed_share: float = 0.25
     """Share of all points above the table that lie on such an object, 0.01..1."""
     pair_lookups: int = 240
-    """Model pairs tried for each of them."""
+    """Model pairs tried for each of them, 1..100000."""
     hash_only: bool = False
     """Whether to do without the table prior, as the paper does."""
     resting_points: int = 900
-    """Scene points from which resting poses are proposed."""
+    """Scene points from which resting poses are proposed, 1..100000."""
     resting_lookups: int = 600
-    """Resting model points tried for each of them."""
+    """Resting model points tried for each of them, 1..100000."""
     second_look: bool = True
     """Whether to search once more on the pixels that the objects found leave unexplained."""
     refined_per_model: int = 80
-    """Hypotheses of each model that are refined on their points."""
+    """Hypotheses of each model that are refined on their points, 1..10000."""
     tolerance: float = 0.006
-    """Depth difference of a match at 1 m [m]."""
+    """Depth difference of a match at 1 m [m], 0.0005..0.1."""
     least_pixels: float = 80.0
-    """Pixels an object must explain."""
+    """Pixels an object must explain, 1..100000."""
     least_quality: float = 0.6
-    """Least share of the judged pixels that must match."""
+    """Least share of the judged pixels that must match, 0..1."""
     seed: int = 0
-    """Of all random draws."""
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be."""
-        if not 0.0 < self.success < 1.0 or not 0.0 < self.assumed_share <= 1.0:
-            raise ValueError(
-                "expected success in (0, 1) and assumed_share in (0, 1], got "
-                f"{self.success} and {self.assumed_share}"
-            )
+    """Seed of all random draws, 0..2147483647."""
 
     @classmethod
     def for_clouds(cls) -> "DetectorConfig":

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import transform_points
 from intent_perception.objects.database import ObjectDatabase
@@ -19,7 +20,7 @@ from intent_perception.scene.table_plane import TablePlane
 
 
 @dataclass(frozen=True)
-class RecognizerConfig:
+class RecognizerConfig(Checked):
     """Parameters of the recogniser."""
 
     detection: DetectorConfig = field(default_factory=DetectorConfig)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tf2_msgs.msg import TFMessage
 
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.ros.convert import header_at, transforms_to_msg
 from intent_perception.ros.node import LATCHED, FrameSubscription, IntentNode, declared, run
@@ -13,7 +14,7 @@ from intent_perception.scene.camera_calibration import CalibrationConfig, Chessb
 
 
 @dataclass(frozen=True)
-class CalibrateConfig:
+class CalibrateConfig(Checked):
     """What is looked for, and where the answer goes."""
 
     output: str = "calibration.json"

@@ -3,16 +3,17 @@
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 import rclpy
 import rclpy.logging
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
@@ -20,7 +21,15 @@ from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
 from intent_perception.bags.frame_assembly import NANOSECONDS, FrameSynchroniser, SynchroniserConfig
-from intent_perception.basics.parameters import parameters_of, with_values
+from intent_perception.basics.parameters import (
+    Checked,
+    Kind,
+    Parameter,
+    as_field,
+    parameters_of,
+    refusal,
+    with_values,
+)
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
 
@@ -34,43 +43,75 @@ LATCHED = QoSProfile(
 """Results that a late joiner needs."""
 
 
+@dataclass(frozen=True)
+class DatabaseConfig(Checked):
+    """Which objects a node knows."""
+
+    models: str = ""
+    """Object database: a YAML file or a folder with one; empty: the shipped 48 objects."""
+
+
+@dataclass(frozen=True)
+class InputConfig(Checked):
+    """How a node's images arrive."""
+
+    color_transport: Literal["raw", "compressed"] = "raw"
+    """How colour images are sent: raw or compressed."""
+    depth_transport: Literal["raw", "compressedDepth"] = "raw"
+    """How depth images are sent: raw or compressedDepth."""
+    queue: int = 1
+    """Images kept while a step runs, 1 for a live camera, 1..1000."""
+    silence: float = 5.0
+    """Time without a frame after which the node says what it is waiting for [s], 0 = never,
+    0..3600."""
+    synchroniser: SynchroniserConfig = field(default_factory=SynchroniserConfig)
+    """Which images belong together."""
+
+
 def declared[C](node: Node, config: C, prefix: str = "") -> C:
     """Return a configuration as the node's parameters set it, each declared with its description.
 
     Raises:
         ValueError: if a parameter has the wrong type or is out of range.
     """
-    values: dict[str, Any] = {}
-    for parameter in parameters_of(config, prefix):
-        descriptor = ParameterDescriptor(description=parameter.description, read_only=True)
-        default = "" if parameter.default is None else parameter.default
-        if parameter.range is not None and isinstance(default, int):
-            low, high = map(int, parameter.range)
-            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high)]
-        elif parameter.range is not None:
-            low_, high_ = parameter.range
-            descriptor.floating_point_range = [FloatingPointRange(from_value=low_, to_value=high_)]
-        try:
-            value = node.declare_parameter(
-                parameter.name, list(default) if isinstance(default, tuple) else default, descriptor
-            ).value
-        except (InvalidParameterTypeException, InvalidParameterValueException) as error:
-            raise ValueError(f"parameter {parameter.name}: {error}") from error
-        values[parameter.name] = value
+    values = {p.name: _declared_one(node, p) for p in parameters_of(config, prefix)}
     result: C = with_values(config, values, prefix)
     return result
 
 
+def _declared_one(node: Node, parameter: Parameter) -> Any:
+    """Return a parameter, declared in two steps: rclpy's own refusal does not say what it got."""
+    name, kind = parameter.name, parameter.kind
+    default = "" if parameter.default is None else parameter.default
+    default = RosParameter(name, value=list(default) if kind.many else default)
+    loose = ParameterDescriptor(dynamic_typing=True)
+    value = as_field(kind, node.declare_parameter(name, default.value, loose).value)
+    if not kind.allows(value):
+        raise ValueError(refusal(f"parameter {name}", kind, value))
+    ros_value = "" if value is None else list(value) if kind.many else value
+    chosen = RosParameter(name, default.type_, ros_value).get_parameter_value()
+    node.set_descriptor(name, _descriptor(kind, default.type_.value), chosen)
+    return value
+
+
+def _descriptor(kind: Kind, ros_type: int) -> ParameterDescriptor:
+    """Return description, type and range as `ros2 param describe` shows them."""
+    found = ParameterDescriptor(description=kind.description, type=ros_type, read_only=True)
+    if kind.choices:
+        found.additional_constraints = " or ".join(kind.choices)
+    if kind.range is not None and not kind.many:
+        low, high, step = kind.range.low, kind.range.high, kind.range.step
+        if kind.type is int:
+            bounds = IntegerRange(from_value=int(low), to_value=int(high), step=step)
+            found.integer_range = [bounds]
+        else:
+            found.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    return found
+
+
 def declared_database(node: Node) -> ObjectDatabase:
     """Return the object database that the parameter `models` names; empty: the shipped one."""
-    text = "object database: a YAML file or a folder with one; empty: the shipped 48 objects"
-    return ObjectDatabase.load(declared_value(node, "models", "", text) or None)
-
-
-def declared_value(node: Node, name: str, default: Any, text: str) -> Any:
-    """Return a single parameter, declared with its description."""
-    descriptor = ParameterDescriptor(description=text, read_only=True)
-    return node.declare_parameter(name, default, descriptor).value
+    return ObjectDatabase.load(declared(node, DatabaseConfig()).models or None)
 
 
 class IntentNode(Node):
@@ -173,30 +214,17 @@ class FrameSubscription:
 
     def __init__(self, node: IntentNode, on_frame: Callable[[RgbdFrame], Any]) -> None:
         self._node, self._on_frame = node, on_frame
-        self.synchroniser = FrameSynchroniser(declared(node, SynchroniserConfig(), "synchroniser."))
+        self._config = declared(node, InputConfig())
+        self.synchroniser = FrameSynchroniser(self._config.synchroniser)
         node.inputs = self
         self._jumps = 0
         self._quiet_since, self._warned = time.monotonic(), False
         self.topics: list[str] = []
         self.frame_id = "camera_color_optical_frame"
-        color = self._parameter("color_transport", "raw", "raw or compressed", ("compressed",))
-        depth = self._parameter(
-            "depth_transport", "raw", "raw or compressedDepth", ("compressedDepth",)
-        )
-        text = "images kept while a step runs, 1..1000: 1 for a live camera"
-        self._queue = declared_value(node, "queue", 1, text)
-        text = "time without a frame after which the node says what it is waiting for [s], 0: never"
-        self._silence = float(declared_value(node, "silence", 5.0, text))
-        add = self.synchroniser
-        self._subscribe("rgb/image_rect_color", color, add.add_color)
-        self._subscribe("depth_registered/image_rect", depth, add.add_depth)
+        add, config = self.synchroniser, self._config
+        self._subscribe("rgb/image_rect_color", config.color_transport, add.add_color)
+        self._subscribe("depth_registered/image_rect", config.depth_transport, add.add_depth)
         self._listen(CameraInfo, "rgb/camera_info", add.add_info)
-
-    def _parameter(self, name: str, default: str, text: str, others: tuple[str, ...]) -> str:
-        value = declared_value(self._node, name, default, text)
-        if value not in (default, *others):
-            raise ValueError(f"parameter {name}: expected {text}, got {value!r}")
-        return str(value)
 
     def _subscribe(self, topic: str, transport: str, add: Callable[[Any], Any]) -> None:
         if transport == "raw":
@@ -207,7 +235,7 @@ class FrameSubscription:
     def _listen(self, kind: Any, topic: str, add: Callable[[Any], RgbdFrame | None]) -> None:
         name = self._node.resolve_topic_name(topic)
         self.topics.append(name)
-        qos = QoSProfile(depth=self._queue, reliability=ReliabilityPolicy.BEST_EFFORT)
+        qos = QoSProfile(depth=self._config.queue, reliability=ReliabilityPolicy.BEST_EFFORT)
 
         def warn(event: Any) -> None:
             self._node.get_logger().warning(
@@ -252,12 +280,13 @@ class FrameSubscription:
     def waiting(self) -> str:
         """Return what a node without frames is waiting for; warn about it once."""
         quiet = time.monotonic() - self._quiet_since
-        if not self._node.enabled or self._silence <= 0.0 or quiet < self._silence:
+        silence = self._config.silence
+        if not self._node.enabled or silence <= 0.0 or quiet < silence:
             return ""
         missing = self.synchroniser.missing
         what = ", ".join(missing) if missing else "colour and depth of the same time"
         seen = ", ".join(f"{t}: {self._node.count_publishers(t)}" for t in self.topics)
-        text = f"no frame for {self._silence:g} s, waiting for {what}; publishers: {seen}"
+        text = f"no frame for {silence:g} s, waiting for {what}; publishers: {seen}"
         if not self._warned:
             self._warned = True
             self._node.get_logger().warning(text)

@@ -1,6 +1,7 @@
 """ROS node: RGB-D frames in, the known objects on the table out."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 from intent_msgs.msg import RecognizedObjects
 from tf2_msgs.msg import TFMessage
 
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.recognition.recognizer import Recognizer, RecognizerConfig
 from intent_perception.ros.convert import header_at, objects_to_msg, transforms_to_msg
@@ -17,9 +19,18 @@ from intent_perception.ros.node import (
     IntentNode,
     declared,
     declared_database,
-    declared_value,
     run,
 )
+
+
+@dataclass(frozen=True)
+class CameraConfig(Checked):
+    """Where the camera stands, and who says so."""
+
+    calibration: str = ""
+    """File that calibrate wrote; empty: the table is found in every image."""
+    publish_camera: bool = True
+    """Publish table -> camera on /tf_static; false where another node owns the camera."""
 
 
 class RecognizerNode(IntentNode):
@@ -28,11 +39,8 @@ class RecognizerNode(IntentNode):
     def __init__(self) -> None:
         super().__init__("recognizer")
         self._database = declared_database(self)
-        text = "file that calibrate wrote; empty: the table is found in every image"
-        file = declared_value(self, "calibration", "", text)
-        text = "publish table -> camera on /tf_static; false where another node owns the camera"
-        self._owns_camera = declared_value(self, "publish_camera", True, text)
-        config = declared(self, RecognizerConfig())
+        camera, config = declared(self, CameraConfig()), declared(self, RecognizerConfig())
+        self._owns_camera, file = camera.publish_camera, camera.calibration
         self._recognizer = Recognizer(self._database, config, calibration(file) if file else None)
         self._publisher = self.create_publisher(RecognizedObjects, "/intent/objects", LATCHED)
         self._tf = self.create_publisher(TFMessage, "/tf_static", LATCHED)

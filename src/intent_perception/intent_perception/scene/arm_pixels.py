@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from intent_perception.basics.arrays import Mask
+from intent_perception.basics.parameters import Checked
 from intent_perception.scene.oriented_image import OrientedImage
 from intent_perception.scene.segmentation import connected_surfaces
 from intent_perception.scene.table_plane import TablePlane
@@ -20,7 +21,7 @@ _OUTSIDE = 0.03  # beyond the table's edge by this is outside [m]
 
 
 @dataclass(frozen=True)
-class ArmConfig:
+class ArmConfig(Checked):
     """Parameters of the search for arms."""
 
     inside_pixels: int = 150

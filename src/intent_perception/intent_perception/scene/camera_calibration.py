@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import Camera, ColorImage, DepthImage, RgbdFrame
 from intent_perception.geometry.transforms import inverse, make_pose, rotation_from_vector
 from intent_perception.scene.oriented_image import orient
@@ -21,7 +22,7 @@ from intent_perception.scene.table_plane import find_table
 
 
 @dataclass(frozen=True)
-class Chessboard:
+class Chessboard(Checked):
     """A printed chessboard."""
 
     columns: int = 8
@@ -30,17 +31,6 @@ class Chessboard:
     """Inner corners along the other side, 3..50."""
     square: float = 0.025
     """Edge of a square [m], measured on the print, 0.002..0.5."""
-
-    def __post_init__(self) -> None:
-        """Refuse boards that cannot be found."""
-        if min(self.columns, self.rows) < 3:
-            raise ValueError(
-                f"expected at least 3 x 3 inner corners, got {self.columns} x {self.rows}"
-            )
-        if not 0.002 <= self.square <= 0.5:
-            raise ValueError(
-                f"expected squares of 0.002 to 0.5 m, got {self.square}: the unit is metres"
-            )
 
     @property
     def corners(self) -> Array:
@@ -51,7 +41,7 @@ class Chessboard:
 
 
 @dataclass(frozen=True)
-class CalibrationConfig:
+class CalibrationConfig(Checked):
     """How the table is found, and which answers are trusted."""
 
     max_error: float = 1.0
@@ -69,15 +59,7 @@ class CalibrationConfig:
     share: float = 0.15
     """Least share of the image that the table covers, 0..1."""
     seed: int = 0
-    """Seed of the trial planes."""
-
-    def __post_init__(self) -> None:
-        """Refuse values that find nothing or anything."""
-        for name in ("max_error", "focal_length", "normal_radius", "max_depth", "tolerance"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"expected {name} above 0, got {getattr(self, name)}")
-        if not 0.0 <= self.share <= 1.0:
-            raise ValueError(f"expected share in 0..1, got {self.share}")
+    """Seed of the trial planes, 0..2147483647."""
 
 
 @dataclass(frozen=True, eq=False)

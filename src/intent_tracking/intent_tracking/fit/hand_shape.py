@@ -7,7 +7,7 @@ prior around an average hand is a small bundle adjustment whose cost per frame d
     (P + sum_f A_f) s = P s_0 + sum_f (A_f s_f + b_f),   A_f = J_ss - J_sp J_pp^-1 J_ps
 
 s_f is the shape with which frame f was fitted. P holds the deviations of grown-up hands; one point
-stands for `point_deviation`, and neighbouring frames, which repeat each other's errors, for less.
+stands for `_POINT_DEVIATION`, and neighbouring frames, which repeat each other's errors, for less.
 """
 
 from dataclasses import dataclass
@@ -18,6 +18,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.parameters import Checked
 from intent_tracking.fit.shape_equations import ShapeDirections, shape_equations
 from intent_tracking.image.frame_evidence import FrameEvidence, Weights
 from intent_tracking.scene.body_state import BodyState
@@ -26,10 +27,16 @@ from intent_tracking.scene.hand_model import SHAPE_SIZE, HandModel, Side
 from intent_tracking.scene.state_layout import HAND_SIZE, JOINTS
 
 AVERAGE: Array = np.ones(SHAPE_SIZE)
+_SCALE_DEVIATION, _THICKNESS_DEVIATION, _BONE_DEVIATION = 0.06, 0.08, 0.03
+"""Of the size of grown-up hands, of fingers' thickness and of single bones beside it, as shares."""
+_POINT_DEVIATION = 0.006  # that one observed point stands for [m]
+_FRAME_WEIGHT = 0.3  # share of a frame's information that its neighbours do not hold already
+_MEMORY = 0.7
+"""Share of what is known that an update keeps: early frames were fitted with a wrong hand."""
 
 
 @dataclass(frozen=True, eq=False)
-class HandShapeConfig:
+class HandShapeConfig(Checked):
     """When and how the hand's shape is calibrated."""
 
     calibrate: bool = True
@@ -39,23 +46,11 @@ class HandShapeConfig:
     save: str = ""
     """NPZ that the tracker's node keeps the calibrated shape in; empty: nowhere."""
     frames: int = 90
-    """Well-fitted frames after which the shape is final."""
+    """Well-fitted frames after which the shape is final, 1..10000."""
     period: int = 6
-    """Well-fitted frames between two updates of the shape in use."""
+    """Well-fitted frames between two updates of the shape in use, 1..1000."""
     first: int = 8
-    """Age in frames from which a track may speak for the shape."""
-    scale_deviation: float = 0.06
-    """Of the size of grown-up hands, as a share."""
-    thickness_deviation: float = 0.08
-    """Of fingers' thickness beside the size."""
-    bone_deviation: float = 0.03
-    """Of single bones beside the size."""
-    point_deviation: float = 0.006
-    """Deviation that one observed point stands for [m]."""
-    memory: float = 0.7
-    """Share of what is known that an update keeps: early frames were fitted with a wrong hand."""
-    frame_weight: float = 0.3
-    """Share of a frame's information that its neighbours do not hold already."""
+    """Age in frames from which a track may speak for the shape, 0..1000."""
 
 
 class HandShapeEstimate:
@@ -71,8 +66,8 @@ class HandShapeEstimate:
         self._begin(None)
 
     def _begin(self, side: Side | None) -> None:
-        deviation = np.full(SHAPE_SIZE, self._config.bone_deviation)
-        deviation[:2] = self._config.scale_deviation, self._config.thickness_deviation
+        deviation = np.full(SHAPE_SIZE, _BONE_DEVIATION)
+        deviation[:2] = _SCALE_DEVIATION, _THICKNESS_DEVIATION
         self.side, self.shape = side, self._start.copy()
         self._prior: Array = np.diag(deviation**-2.0)
         self._information: Array = np.zeros((SHAPE_SIZE, SHAPE_SIZE))
@@ -113,7 +108,7 @@ class HandShapeEstimate:
             state.values[:HAND_SIZE], state.rotations[0], matrix, vector,
         )  # fmt: skip
         information, right = _without_pose(matrix, vector, float(weights.angle))
-        share = self._config.frame_weight / self._config.point_deviation**2
+        share = _FRAME_WEIGHT / _POINT_DEVIATION**2
         self._information += share * information
         self._vector += share * (right + information @ hand.shape)
         self.frames += 1
@@ -121,8 +116,8 @@ class HandShapeEstimate:
             return False
         right = self._vector + self._prior @ self._start
         self.shape = np.linalg.solve(self._prior + self._information, right)
-        self._information *= self._config.memory
-        self._vector *= self._config.memory
+        self._information *= _MEMORY
+        self._vector *= _MEMORY
         return True
 
     @property

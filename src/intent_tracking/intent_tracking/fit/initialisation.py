@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import rotation_between, rotation_from_vector
 from intent_tracking.fit.finger_sweep import sweep_fingers
 from intent_tracking.fit.objective import rendered_cost
@@ -39,32 +40,31 @@ POSTURES: Array = np.radians(
     ]
 )
 """(6, 20) open, half closed, closed, each with the thumb forward and out [rad]."""
+_COARSE_SCALE, _FINE_SCALE = 0.025, 0.010
+"""Outlier scale of the first refinement and of the later ones [m]."""
+_SWEEP_SPREAD = 0.4  # standard deviation of local trials [rad]
+_SWEEP_UNUSUAL = 1.0  # weight of the posture prior in the sweep [pixels]
+_FARTHEST = 0.25  # no wrist lies farther from the middle of its hand [m]
 
 
 @dataclass(frozen=True, eq=False)
-class InitialisationConfig:
+class InitialisationConfig(Checked):
     """How many starts, and how far each is followed."""
 
     turns: int = 8
-    """Turns about the arm."""
+    """Turns about the arm, 1..64."""
     coarse_iterations: int = 4
-    """Levenberg-Marquardt steps of all starts, and again of the better half."""
+    """Levenberg-Marquardt steps of all starts, and again of the better half, 0..100."""
     finalists: int = 3
-    """Starts per side that are refined to the end."""
+    """Starts per side that are refined to the end, 1..100."""
     fine_iterations: int = 8
+    """Levenberg-Marquardt steps of the finalists, before and after their finger sweep, 0..100."""
     sweep_trials: int = 48
-    """Trial poses per finger of every finalist."""
-    sweep_spread: float = 0.4
-    """Standard deviation of local trials [rad]."""
-    sweep_unusual: float = 1.0
-    """Weight of the posture prior in the sweep [pixels]."""
+    """Trial poses per finger of every finalist, 0..1000."""
     points: int = 192
-    coarse_scale: float = 0.025
-    """Outlier scale of the first refinement [m]."""
-    fine_scale: float = 0.010
-    farthest: float = 0.25
-    """No wrist lies farther from the middle of its hand [m]."""
+    """Points of the region that starts are fitted to, evenly spread, 16..4096."""
     tile_size: int = 96
+    """Side of the tile around the region [pixels], 32..256, a multiple of 16."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,20 +153,20 @@ def candidates(
     found: list[HandStart] = []
     for side, (model, arrays) in hands.items():
         values, rotations = _starts(region, model, config, rng)
-        coarse = weights._replace(scale=np.float32(config.coarse_scale))
+        coarse = weights._replace(scale=np.float32(_COARSE_SCALE))
         _refine(arrays, evidence, coarse, values, rotations, config.coarse_iterations)
         order = np.argsort(
             [_cost(arrays, seen, v, r) for v, r in zip(values, rotations, strict=True)]
         )
         best = order[: config.finalists]
         values, rotations = values[best].copy(), rotations[best].copy()
-        fine = weights._replace(scale=np.float32(config.fine_scale))
+        fine = weights._replace(scale=np.float32(_FINE_SCALE))
         _refine(arrays, evidence, fine, values, rotations, config.fine_iterations)
         for v, r in zip(values, rotations, strict=True):
             _sweep(arrays, seen, v, r, config, int(rng.integers(1 << 30)))
         _refine(arrays, evidence, fine, values, rotations, config.fine_iterations)
         for v, r in zip(values, rotations, strict=True):
-            if np.linalg.norm(v[:3] - region.center) < config.farthest:
+            if np.linalg.norm(v[:3] - region.center) < _FARTHEST:
                 found.append(HandStart(side, BodyState(v, r), _cost(arrays, seen, v, r)))
     return sorted(found, key=lambda candidate: candidate.cost)
 
@@ -232,5 +232,5 @@ def _sweep(
     sweep_fingers(
         arrays, NO_OBJECTS, seen, values, rotations, values.copy(), shipped_posture(),
         FITTED_LIMITS.astype(np.float32), config.sweep_trials, np.float32(0.0),
-        np.float32(config.sweep_unusual), np.float32(config.sweep_spread), seed,
+        np.float32(_SWEEP_UNUSUAL), np.float32(_SWEEP_SPREAD), seed,
     )  # fmt: skip

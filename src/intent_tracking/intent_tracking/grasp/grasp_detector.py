@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import (
     inverse,
     make_pose,
@@ -36,37 +37,33 @@ _PALM = len(FINGERS)
 
 
 @dataclass(frozen=True)
-class GraspConfig:
+class GraspConfig(Checked):
     """When a grasp is stable, and when it has ended."""
 
     contact: float = 0.018
-    """A finger touches where its skin is this close to the object: the tracker's error [m]."""
+    """A finger touches where its skin is this close to the object: the tracker's error [m];
+    0.001..0.1."""
     window: float = 0.20
-    """The hand must have kept still relative to the object for this long [s]."""
+    """The hand must have kept still relative to the object for this long [s], 0.01..10."""
     share: float = 0.6
-    """It must be touched in this share of the window: the track of a hidden thumb flickers."""
+    """It must be touched in this share of the window: the track of a hidden thumb flickers;
+    0.01..1."""
     drift: float = 0.012
-    """Still: the wrist moved less than this in the object's frame [m]."""
+    """Still: the wrist moved less than this in the object's frame [m]; 0.0001..1."""
     turn: float = 0.20
-    """Still: the wrist turned less than this in the object's frame [rad]."""
+    """Still: the wrist turned less than this in the object's frame [rad]; 0.001..3.1."""
     bend: float = 0.12
-    """Still: half of the joints moved less than this [rad]; the track of hidden fingers jitters."""
+    """Still: half of the joints moved less than this [rad]; the track of hidden fingers jitters;
+    0.001..3.1."""
     opposition: float = -0.1
-    """Two fingers oppose each other if the cosine between the touched normals is below this."""
+    """Two fingers oppose each other if the cosine between the touched normals is below this,
+    -1..1."""
     release: float = 0.30
-    """A grasp has ended once nothing has touched the object for this long [s]."""
+    """A grasp has ended once nothing has touched the object for this long [s], 0.01..60."""
     gap: float = 0.15
-    """A longer gap in the track empties the window [s]."""
+    """A longer gap in the track empties the window [s], 0.01..10."""
     samples: int = 12
-    """Draws by which the state's standard deviations are carried to the features."""
-
-    def __post_init__(self) -> None:
-        if min(self.contact, self.window, self.drift, self.turn, self.bend, self.release) <= 0:
-            raise ValueError(f"expected thresholds above 0, got {self}")
-        if self.samples < 2 or not -1.0 <= self.opposition <= 1.0:
-            raise ValueError(f"expected samples >= 2 and a cosine as opposition, got {self}")
-        if not 0.0 < self.share <= 1.0:
-            raise ValueError(f"expected a share above 0 and at most 1, got {self.share}")
+    """Draws by which the state's standard deviations are carried to the features, 2..1000."""
 
 
 @dataclass(frozen=True, eq=False)

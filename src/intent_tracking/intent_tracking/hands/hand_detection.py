@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_tracking.image.appearance import (
     BACKGROUND,
@@ -21,41 +22,37 @@ from intent_tracking.image.appearance import (
 )
 from intent_tracking.image.tile import Tile, cut_tile
 
+_SKIN_MARGIN = 0.3  # log-likelihood ratio skin : background from which a pixel is skin
+_SKIN_WIDTH = 2.5  # colours less likely than exp(-this) of the likeliest skin are surely no skin
+_STIR = 0.02  # what has moved less than this since the first frame is no hand [m]
+_LEAST_SHARE = 0.003
+"""Without a table, and with less skin in the image than this, the nearest thing is taken."""
+_DEPTH_OF_HAND = 0.18  # how far that thing may reach away from the camera [m]
+_STEP = 0.03  # largest jump in depth from the hand to its arm [m]
+
 
 @dataclass(frozen=True, eq=False)
-class DetectionConfig:
+class DetectionConfig(Checked):
     """What counts as a hand."""
 
     size: int = 320
-    """Side of the coarse image in which hands are searched [pixels]."""
+    """Side of the coarse image in which hands are searched [pixels], 64..1024, a multiple of 32."""
     farthest: float = 1.5
-    """Nothing beyond is a hand [m]."""
+    """Nothing beyond is a hand [m], 0.3..10."""
     farthest_bare: float = 1.3
-    """The same without a table, where a wall may be as near [m]."""
+    """The same without a table, where a wall may be as near [m], 0.3..10."""
     clearance: float = 0.015
-    """Height above the table from which pixels count [m]."""
+    """Height above the table from which pixels count [m], 0..0.2."""
     ceiling: float = 0.6
-    """Height above the table up to which pixels count [m]."""
+    """Height above the table up to which pixels count [m], 0.05..3."""
     rest_tolerance: float = 0.015
-    """Depth agreement with an object at rest that excludes a pixel [m]."""
-    skin_margin: float = 0.3
-    """Log-likelihood ratio skin : background from which a pixel is skin."""
-    stir: float = 0.02
-    """What has moved less than this since the first frame is no hand [m]."""
-    skin_width: float = 2.5
-    """Colours less likely than exp(-skin_width) of the likeliest skin are surely no skin."""
+    """Depth agreement with an object at rest that excludes a pixel [m], 0.001..0.1."""
     largest_area: float = 0.045
-    """Larger pieces are no hand, not even with a bare forearm [m^2]."""
-    least_share: float = 0.003
-    """Without a table, and with less skin in the image than this, the nearest thing is taken."""
-    depth_of_hand: float = 0.18
-    """How far that thing may reach away from the camera [m]."""
+    """Larger pieces are no hand, not even with a bare forearm [m^2], 0.005..1."""
     least_area: float = 0.0015
-    """Smallest visible surface of a hand [m^2]."""
-    step: float = 0.03
-    """Largest jump in depth from the hand to its arm [m]."""
+    """Smallest visible surface of a hand [m^2], 0.0001..0.1."""
     length: float = 0.20
-    """Longest extent of a hand from its tip [m]; what is farther belongs to the arm."""
+    """Longest extent of a hand from its tip [m]; what is farther belongs to the arm; 0.05..1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +102,7 @@ def background_pixels(
     if table is None:
         body |= tile.depth > 0.0
     prior = skin_prior()
-    like_skin = body & (prior > prior.max() * np.exp(-config.skin_width))[color_bins(tile.color)]
+    like_skin = body & (prior > prior.max() * np.exp(-_SKIN_WIDTH))[color_bins(tile.color)]
     _, labels = cv2.connectedComponents(like_skin.astype(np.uint8), connectivity=4)
     areas = np.bincount(labels.ravel(), weights=((tile.depth * tile.step) ** 2).ravel())
     other: NDArray[np.bool_] = body & (~like_skin | (areas[labels] > config.largest_area))
@@ -130,10 +127,10 @@ def hand_pixels(
     """
     body = body_pixels(tile, rest_depth, table, config)
     color = appearance.log_probability(color_bins(tile.color))
-    skin = body & (color[HAND] - color[BACKGROUND] > config.skin_margin)
+    skin = body & (color[HAND] - color[BACKGROUND] > _SKIN_MARGIN)
     skin = cv2.medianBlur(skin.astype(np.uint8), 3) > 0
-    if table is None and skin.mean() < config.least_share and body.any():
-        skin = body & (tile.depth < np.percentile(tile.depth[body], 1) + config.depth_of_hand)
+    if table is None and skin.mean() < _LEAST_SHARE and body.any():
+        skin = body & (tile.depth < np.percentile(tile.depth[body], 1) + _DEPTH_OF_HAND)
     return body, skin
 
 
@@ -152,7 +149,7 @@ def find_hand(
     """
     body, skin = hand_pixels(tile, rest_depth, table, appearance, config)
     if still is not None:
-        skin &= np.abs(tile.depth - still) > config.stir
+        skin &= np.abs(tile.depth - still) > _STIR
     pixel = (tile.depth * tile.step) ** 2
     count, labels = cv2.connectedComponents(skin.astype(np.uint8), connectivity=8)
     areas = np.bincount(labels.ravel(), weights=pixel.ravel(), minlength=count)
@@ -181,7 +178,7 @@ def _regions(
     square = np.ones((9, 9), np.uint8)
     wide = cv2.dilate(piece.astype(np.uint8), square) > 0
     deepest = cv2.dilate(np.where(piece, points[2], np.float32(0.0)), square)
-    ring = wide & ~piece & body & (points[2] < deepest + config.step)  # no torso behind the hand
+    ring = wide & ~piece & body & (points[2] < deepest + _STEP)  # no torso behind the hand
     centred = hand - hand.mean(axis=1, keepdims=True)
     axis: Array = np.linalg.svd(centred @ centred.T)[0][:, 0].astype(np.float64)
     if ring.sum() > 0.1 * (wide & ~piece).sum():

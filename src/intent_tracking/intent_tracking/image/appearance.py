@@ -4,8 +4,6 @@ Chromaticity (r, g) and brightness are binned; every class keeps one smoothed hi
 forgets slowly. The hand starts from a broad skin prior, an object from its database colour.
 """
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -18,29 +16,19 @@ BINS = CHROMA_BINS * CHROMA_BINS * BRIGHTNESS_BINS
 HAND, BACKGROUND, FIRST_OBJECT = 0, 1, 2
 _LOW, _HIGH = 0.15, 0.6  # chromaticity range that the bins cover
 _SKIN_MEAN, _SKIN_SPREAD = (0.43, 0.315), (0.045, 0.018)
-
-
-@dataclass(frozen=True, eq=False)
-class AppearanceConfig:
-    """How fast colours are learned."""
-
-    memory: float = 0.9
-    """Share of the old histogram that survives one update."""
-    prior_pixels: float = 200.0
-    """Pixels that the offline prior of a class is worth."""
-    floor: float = 2e-4
-    """Probability that every bin keeps: an unknown colour speaks for nothing."""
+_MEMORY = 0.9  # share of the old histogram that survives one update
+_PRIOR_PIXELS = 200.0  # pixels that the offline prior of a class is worth
+_FLOOR = 2e-4  # probability that every bin keeps: an unknown colour speaks for nothing
 
 
 class AppearanceModel:
     """Log-probability of colours for hand, background and each object."""
 
-    def __init__(self, colors: list[Array], config: AppearanceConfig | None = None) -> None:
-        self._config = config or AppearanceConfig()
+    def __init__(self, colors: list[Array]) -> None:
         self.blind = False
         """Whether the images are grey, so that colours say nothing."""
         priors = [skin_prior(), np.full(BINS, 1.0 / BINS), *(color_prior(c) for c in colors)]
-        self._priors = np.stack(priors) * self._config.prior_pixels
+        self._priors = np.stack(priors) * _PRIOR_PIXELS
         self._counts = np.zeros_like(self._priors)
         self._log = np.zeros(self._priors.shape, np.float32)
         for row in range(len(priors)):
@@ -60,14 +48,12 @@ class AppearanceModel:
         if len(bins) < 20:
             return
         fresh = np.bincount(bins, minlength=BINS).astype(np.float64)
-        memory = self._config.memory
-        self._counts[row] = memory * self._counts[row] + fresh
+        self._counts[row] = _MEMORY * self._counts[row] + fresh
         self._refresh(row)
 
     def _refresh(self, row: int) -> None:
         counts = self._priors[row] + _smoothed(self._counts[row])
-        floor = self._config.floor
-        probability = (1.0 - floor * 50.0) * counts / counts.sum() + floor
+        probability = (1.0 - _FLOOR * 50.0) * counts / counts.sum() + _FLOOR
         self._log[row] = np.log(probability)
 
 

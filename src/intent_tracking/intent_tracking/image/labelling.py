@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.parameters import Checked
 from intent_tracking.image.appearance import (
     BACKGROUND,
     FIRST_OBJECT,
@@ -23,26 +24,24 @@ from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE
 
 NOBODY, OF_HAND, OF_ARM, OF_REST, OF_OBJECT = -1, -2, -3, -4, 0
 """Labels of pixels; active object k has label k >= 0."""
+_SPREAD = 0.012  # standard deviation of a body's surface around its prediction [m]
+_WRIST = -0.022  # points with a smaller x in the wrist frame belong to the forearm [m]
 
 
 @dataclass(frozen=True, eq=False)
-class LabellingConfig:
+class LabellingConfig(Checked):
     """How pixels are shared out."""
 
     reach: float = 0.09
-    """Hand and object pixels lie within this distance of the predicted body [m]."""
-    spread: float = 0.012
-    """Standard deviation of a body's surface around its prediction [m]."""
-    color_weight: float = 1.0
-    """Weight of the colours' log-probability."""
+    """Hand and object pixels lie within this distance of the predicted body [m], 0.01..0.5."""
     clearance: float = 0.006
-    """Pixels lower than this above the table belong to it [m]."""
+    """Pixels lower than this above the table belong to it [m], 0..0.1."""
     rest_tolerance: float = 0.009
-    """Depth agreement that makes a pixel part of an object at rest [m]."""
-    wrist: float = -0.022
-    """Points with a smaller x in the wrist frame belong to the forearm [m]."""
+    """Depth agreement that makes a pixel part of an object at rest [m], 0.001..0.1."""
     hand_points: int = 512
+    """Points of the hand that poses are fitted to, evenly spread, 16..8192."""
     object_points: int = 256
+    """Points of all objects that poses are fitted to, evenly spread, 16..8192."""
 
 
 class Bodies(NamedTuple):
@@ -98,12 +97,12 @@ def label_pixels(
         candidate &= height > config.clearance
     chosen = np.flatnonzero(candidate)
     near = np.ascontiguousarray(points.reshape(3, -1)[:, chosen])
-    color = appearance.log_probability(bins.ravel()[chosen]) * config.color_weight
+    color = appearance.log_probability(bins.ravel()[chosen])
     scores, gap = _scores(near, bodies, color, rest.ravel()[chosen], config)
     local = bodies.rotations[0].T @ (near - bodies.state[:3, None])
     winner = np.argmax(scores, axis=0)
     kind = np.where(winner == 0, NOBODY, np.where(winner == 1, OF_HAND, winner - 2))
-    arm = (local[0] < config.wrist) & (np.hypot(local[1], local[2] - 0.01) < 0.07)
+    arm = (local[0] < _WRIST) & (np.hypot(local[1], local[2] - 0.01) < 0.07)
     kind[arm & (local[0] > -0.30) & (kind < OF_OBJECT)] = OF_ARM
     keep_rest = rest.ravel()[chosen] & (kind == NOBODY)
     label.ravel()[chosen] = np.where(keep_rest, OF_REST, kind)
@@ -119,7 +118,7 @@ def _scores(
     count, objects = near.shape[1], len(bodies.objects.surface)
     gap, nearest = np.empty(count, np.float32), np.empty(count, np.float32)
     nearest_capsule(near, bodies.buffers.ends, bodies.hand.radii, gap, nearest)
-    factor = np.float32(0.5 / config.spread**2)
+    factor = np.float32(0.5 / _SPREAD**2)
     scores = np.empty((2 + objects, count), np.float32)
     scores[0] = color[BACKGROUND] - np.float32(0.5 * 2.5**2)
     scores[0, rest] += 3.0

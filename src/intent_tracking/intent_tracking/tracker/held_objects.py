@@ -15,6 +15,9 @@ from intent_tracking.tracker.hypothesis import Hypothesis
 from intent_tracking.tracker.object_life import ObjectLife, ObjectLifeConfig, hand_gap
 from intent_tracking.tracker.problem import Fit, Problem, Ties
 
+_DOUBT_PLACE, _DOUBT_TURN = 0.004, 0.10
+"""How far an object may be from where it is that a trial is worth it [m, rad]."""
+
 
 def expected(guess: BodyState, lives: list[ObjectLife]) -> BodyState:
     """Return a prediction in which rested objects rest and carried ones follow the hand."""
@@ -44,17 +47,17 @@ def reconsidered(
             continue
         before = track.state.pose(1 + k)
         for pose in (motion @ before, before):
-            if _apart(pose, fit.state.pose(1 + row), config):
+            if _apart(pose, fit.state.pose(1 + row)):
                 ties = ties_of(lives, problem.active, config)
                 ties.place[row], ties.turn[row] = config.free_place, config.free_turn
                 fit = track.reconsidered(problem, fit, row, pose, ties)
     return fit
 
 
-def _apart(one: Array, other: Array, config: ObjectLifeConfig) -> bool:
+def _apart(one: Array, other: Array) -> bool:
     offset = float(np.linalg.norm(one[:3, 3] - other[:3, 3]))
     angle = float(rotation_angle(one[:3, :3].T @ other[:3, :3]))
-    return offset > config.doubt_place or angle > config.doubt_turn
+    return offset > _DOUBT_PLACE or angle > _DOUBT_TURN
 
 
 def note_objects(
@@ -71,4 +74,4 @@ def note_objects(
             label = OF_OBJECT + problem.active.index(k)
             seen = int((problem.view.pixels.label == label).sum())
             life.unseen = life.unseen + 1 if seen < 12 else 0
-            life.hold(inverse(track.state.pose(0)) @ now, seen > 60, config)
+            life.hold(inverse(track.state.pose(0)) @ now, seen > 60)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import (
     make_pose,
     rotation_angle,
@@ -15,41 +16,42 @@ from intent_tracking.scene.hand_kernel import HandBuffers
 from intent_tracking.scene.object_kernel import ObjectArrays, object_distances
 from intent_tracking.scene.raster import FAR
 
+_GRIP_RATE = 0.1  # share by which the remembered grasp follows the present one in a frame
+
 
 @dataclass(frozen=True, eq=False)
-class ObjectLifeConfig:
+class ObjectLifeConfig(Checked):
     """When an object takes part in the fit, and how tightly."""
 
     near: float = 0.045
-    """A hand closer than this wakes an object at rest [m]."""
+    """A hand closer than this wakes an object at rest [m], 0..0.5."""
     far: float = 0.08
-    """A hand farther than this lets a still object fall back to rest [m]."""
+    """A hand farther than this lets a still object fall back to rest [m], 0..1."""
     moved: float = 0.007
-    """Displacement from which an object counts as taken [m]."""
+    """Displacement from which an object counts as taken [m], 0..0.5."""
     turned: float = 0.12
-    """Turn from which an object counts as taken [rad]."""
+    """Turn from which an object counts as taken [rad], 0..3.1."""
     still: float = 0.0015
-    """Motion per frame below which an object counts as still [m]."""
+    """Motion per frame below which an object counts as still [m], 0..0.1."""
     still_frames: int = 6
+    """Frames that an object must be still, and the hand far, before it is at rest, 0..1000."""
     touch: float = 0.012
-    """A hand closer than this to a taken object carries it [m]."""
+    """A hand closer than this to a taken object carries it [m], 0..0.2."""
     rest_place: float = 40.0
-    """Weight of the resting place while nothing has moved, in observed points."""
+    """Weight of the resting place while nothing has moved, in observed points, 0.001..10000."""
     rest_turn: float = 0.06
-    """Weight of the resting rotation [m^2 / rad^2]."""
+    """Weight of the resting rotation [m^2 / rad^2], 1e-5..100."""
     free_place: float = 1.0
+    """Weight of the predicted place once it has been moved and nobody holds it, in observed points,
+    0.001..10000."""
     free_turn: float = 4e-3
+    """Weight of the predicted rotation then [m^2 / rad^2], 1e-5..100."""
     carried_place: float = 15.0
-    """Weight of the place that the hand carries the object to, in observed points."""
+    """Weight of the place that the hand carries the object to, in observed points, 0.001..10000."""
     carried_turn: float = 0.02
-    grip_rate: float = 0.1
-    """Share by which the remembered grasp follows the present one in a frame."""
-    doubt_place: float = 0.004
-    """Distance between where an object is and where it may be that is worth a trial [m]."""
-    doubt_turn: float = 0.10
-    """Likewise [rad]."""
+    """Weight of the rotation that the hand carries it to [m^2 / rad^2], 1e-5..100."""
     unseen_frames: int = 15
-    """Frames in which an object that should be seen is not, until it is lost."""
+    """Frames in which an object that should be seen is not, until it is lost, 0..1000."""
 
 
 @dataclass
@@ -98,13 +100,12 @@ class ObjectLife:
         else:
             self.active = self.active and gap < config.far
 
-    def hold(self, T_hand_object: Array, seen: bool, config: ObjectLifeConfig) -> None:
+    def hold(self, T_hand_object: Array, seen: bool) -> None:
         """Take note of where the object lies in the hand, if it is carried.
 
         Args:
             T_hand_object: (4, 4) present pose in the hand.
             seen: whether enough of the object is seen to trust that pose.
-            config: how fast the grasp may change.
         """
         if not self.carried:
             self.grip = None
@@ -112,8 +113,8 @@ class ObjectLife:
             self.grip = T_hand_object
         elif seen:
             turned = vector_from_rotation(self.grip[:3, :3].T @ T_hand_object[:3, :3])
-            rotation = self.grip[:3, :3] @ rotation_from_vector(config.grip_rate * turned)
-            step = config.grip_rate * (T_hand_object[:3, 3] - self.grip[:3, 3])
+            rotation = self.grip[:3, :3] @ rotation_from_vector(_GRIP_RATE * turned)
+            step = _GRIP_RATE * (T_hand_object[:3, 3] - self.grip[:3, 3])
             self.grip = make_pose(rotation, self.grip[:3, 3] + step)
 
     def ties(self, config: ObjectLifeConfig) -> tuple[float, float, float]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
+from intent_perception.basics.parameters import Checked
 from intent_tracking.fit.hand_shape import HandShapeConfig
 from intent_tracking.fit.initialisation import InitialisationConfig
 from intent_tracking.hands.hand_detection import DetectionConfig
@@ -11,59 +12,56 @@ from intent_tracking.tracker.track_config import TrackConfig
 
 
 @dataclass(frozen=True, eq=False)
-class TrackerConfig:
+class TrackerConfig(Checked):
     """Parameters of the tracker."""
 
     method: Literal["hybrid", "pso"] = "hybrid"
     """hybrid: swarm, refinement and finger sweep; pso: the published particle swarm alone."""
     seed: int = 0
-    """Of everything random."""
+    """Seed of everything random, 0..1000000."""
     table: bool = True
     """False: there is no table, anything nearer than the background may be a hand."""
     accept_cost: float = 0.50
-    """Cost per hand pixel below which a new hand pose is published."""
+    """Cost per hand pixel below which a new hand pose is published, 0..2."""
     lost_cost: float = 0.52
-    """Smoothed cost per hand pixel above which the hand is lost."""
+    """Smoothed cost per hand pixel above which the hand is lost, 0..2."""
     good_cost: float = 0.22
-    """Smoothed cost below which a young track is not questioned."""
+    """Smoothed cost below which a young track is not questioned, 0..2."""
     young_trials: tuple[int, ...] = (1, 2, 4, 7, 13, 21)
-    """Ages in frames at which other starts of both sides are tried."""
+    """Ages in frames at which other starts of both sides are tried, 0..1000."""
     farthest_rival: float = 0.12
-    """Other starts this far from a track that fits are another thing than its hand [m]."""
+    """Other starts this far from a track that fits are another thing than its hand [m], 0..2."""
     far_better: float = 0.6
-    """Share of the present cost below which even those take over."""
+    """Share of the present cost below which even those take over, 0..2."""
     better: float = 0.85
-    """Share of the present cost that another start must stay below to take over."""
+    """Share of the present cost that another start must stay below to take over, 0..2."""
     doubt_cost: float = 0.30
-    """Smoothed cost above which other starts are tried now and then."""
+    """Smoothed cost above which other starts are tried now and then, 0..2."""
     urgent_cost: float = 0.45
-    """Cost of one frame above which they are tried at once."""
+    """Cost of one frame above which they are tried at once, 0..2."""
     doubt_period: int = 5
-    """Frames between such trials."""
+    """Frames between such trials, 1..1000."""
     still_frames: int = 4
-    """Frames after which, at a table, only what has moved may be a new hand."""
+    """Frames after which, at a table, only what has moved may be a new hand, 0..1000."""
     hand_reach: float = 0.22
-    """Nothing within this distance of a wrist that was followed is taken for furniture [m]."""
+    """Nothing within this distance of a wrist that was followed is taken for furniture [m],
+    0..2."""
     first_cost: float = 0.25
-    """Cost below which a pose is published before that."""
+    """Cost below which a pose is published before that, 0..2."""
     least_area: float = 0.0008
-    """Visible surface below which there is no hand [m^2]."""
+    """Visible surface below which there is no hand [m^2], 0..0.1."""
     decision_frames: int = 12
-    """Frames over which a right and a left hand compete."""
+    """Frames over which a right and a left hand compete, 1..1000."""
     decision_margin: float = 0.12
-    """Lead in mean cost that ends the competition."""
+    """Lead in mean cost that ends the competition, 0..2."""
     side_bias: float = 0.10
-    """Cost that the side last seen is ahead at a new start."""
+    """Cost that the side last seen is ahead at a new start, 0..2."""
     unusual_roll: float = 0.3
-    """Cost of a hand turned over, see `hypothesis.unusual_roll`."""
+    """Cost of a hand turned over, see `hypothesis.unusual_roll`, 0..2."""
     learn_period: int = 4
-    """Frames between updates of the colour models."""
+    """Frames between updates of the colour models, 1..1000."""
     track: TrackConfig = field(default_factory=TrackConfig)
     detection: DetectionConfig = field(default_factory=DetectionConfig)
     initialisation: InitialisationConfig = field(default_factory=InitialisationConfig)
     life: ObjectLifeConfig = field(default_factory=ObjectLifeConfig)
     shape: HandShapeConfig = field(default_factory=HandShapeConfig)
-
-    def __post_init__(self) -> None:
-        if self.method not in ("hybrid", "pso"):
-            raise ValueError(f"expected method 'hybrid' or 'pso', got {self.method!r}")

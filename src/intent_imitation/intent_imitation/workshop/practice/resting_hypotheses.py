@@ -16,6 +16,7 @@ from intent_inference.grasping.grasp_hypotheses import GraspHypothesis
 from intent_inference.grasping.grasping_hand import GraspingHand, Preshape
 from intent_inference.grasping.task_object import TaskObject
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.transforms import inverse, make_pose, rotation_from_vector
 
@@ -23,21 +24,21 @@ _CLOSING = np.linspace(0.0, 1.2, 9)  # how far the fastest joint may close [rad]
 
 
 @dataclass(frozen=True)
-class TabletopConfig:
+class TabletopConfig(Checked):
     """How hypotheses are spread around an object at rest."""
 
     gap: float = 0.002
-    """Least gap between hand and table [m]."""
+    """Least gap between hand and table [m], 0..0.05."""
     from_above: float = 0.6
-    """Share of the hypotheses that come from above."""
+    """Share of the hypotheses that come from above, 0..1."""
     tilt: float = 0.25
-    """Standard deviation of the approach around the vertical or the horizontal [rad]."""
+    """Standard deviation of the approach around the vertical or the horizontal [rad], 0..1.5."""
     roll: float = 0.12
-    """Standard deviation of the closing direction around a box axis [rad]."""
+    """Standard deviation of the closing direction around a box axis [rad], 0..1.5."""
     residual: float = 0.1
-    """Largest share of the weight, from any side, that the contacts may fail to hold."""
+    """Largest share of the weight, from any side, that the contacts may fail to hold, 0..0.99."""
     friction: float = 0.8
-    """Coulomb coefficient."""
+    """Coulomb coefficient between hand and object, 0.01..10."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from intent_inference.grasping.contacts import PAD, Contacts
 from intent_inference.grasping.grasping_hand import GraspingHand, Preshape
 from intent_inference.grasping.urdf import urdf_text
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import (
     inverse,
     make_pose,
@@ -29,33 +30,30 @@ from intent_perception.objects.database import ObjectModel
 
 
 @dataclass(frozen=True)
-class ExecutionConfig:
+class ExecutionConfig(Checked):
     """The physics of an execution and when an object counts as held."""
 
     rate: int = 240
-    """Steps per second."""
+    """Steps per second, 60..10000."""
     iterations: int = 100
-    """Iterations of the constraint solver per step."""
+    """Iterations of the constraint solver per step, 10..10000."""
     friction: float = 0.8
-    """Coulomb coefficient between hand and object, as in the shake test."""
+    """Coulomb coefficient between hand and object, as in the shake test, 0..10."""
     stiffness: float = 0.4
-    """Share of a joint's error that its motor would remove in one step, torque permitting."""
+    """Share of a joint's error that its motor would remove in one step, torque permitting, 0..1."""
     inertia: float = 1e-4
-    """Least inertia of the hand's links [kg m²]: lighter ones make the solver's iterations slow."""
+    """Least inertia of the hand's links [kg m²]: lighter ones make the solver's iterations slow;
+    0..0.01."""
     correction: float = 0.5
-    """Share of a penetration that a step removes."""
+    """Share of a penetration that a step removes, 0..1."""
     closing: float = 0.7
-    """Share of its stage in which the hand closes; the rest of the stage it squeezes."""
+    """Share of its stage in which the hand closes; the rest of the stage it squeezes; 0.05..1."""
     wrist_force: float = 400.0
-    """Largest force of the wrist [N]."""
+    """Largest force of the wrist [N], 1..100000."""
     drift: float = 0.03
-    """The object may slip this far in the hand after it has closed [m]."""
+    """The object may slip this far in the hand after it has closed [m], 0.0001..1."""
     rotation: float = 0.6
-    """The object may turn this far in the hand after it has closed [rad]."""
-
-    def __post_init__(self) -> None:
-        if self.rate < 60 or self.iterations < 10 or min(self.drift, self.rotation) <= 0.0:
-            raise ValueError(f"expected an execution that tests something, got {self}")
+    """The object may turn this far in the hand after it has closed [rad], 0.001..3.1."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ import numpy as np
 
 from intent_imitation.planner.plan import GraspCandidate
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import (
     make_pose,
     rotation_from_vector,
@@ -16,25 +17,21 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
-class MotionConfig:
+class MotionConfig(Checked):
     """How far and how fast the wrist moves."""
 
     retreat: float = 0.16
-    """The approach starts this far from the grasp [m]."""
+    """The approach starts this far from the grasp [m], 0.01..1."""
     lift: float = 0.18
-    """Height of the lift [m]."""
+    """Height of the lift [m], 0.01..1."""
     present: float = 0.20
-    """How far a hand-over reaches out [m]."""
+    """How far a hand-over reaches out [m], 0.01..1."""
     push: float = 0.06
-    """How far a tool is pushed [m]."""
+    """How far a tool is pushed [m], 0.01..1."""
     turn: float = 0.6
-    """How far a tool is turned, to either side [rad]."""
+    """How far a tool is turned, to either side [rad], 0..3.1."""
     tilt: float = np.pi / 2
-    """How far a vessel is tilted for pouring [rad]."""
-
-    def __post_init__(self) -> None:
-        if min(self.retreat, self.lift, self.present, self.push) <= 0.0:
-            raise ValueError(f"expected distances above 0, got {self}")
+    """How far a vessel is tilted for pouring [rad], 0..3.1."""
 
 
 @dataclass(frozen=True, eq=False)

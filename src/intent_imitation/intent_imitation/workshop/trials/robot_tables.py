@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import (
     look_at,
     make_pose,
@@ -27,26 +28,27 @@ DOUBTFUL = ("bowl", "can", "spoon", "plate")
 
 
 @dataclass(frozen=True)
-class SceneConfig:
+class SceneConfig(Checked):
     """How tables are laid."""
 
     fewest: int = 3
-    """Least number of objects."""
+    """Least number of objects, 1..20."""
     most: int = 4
-    """Greatest number of objects."""
+    """Greatest number of objects, 1..20."""
     radius: float = 0.24
-    """Objects stand within this distance of the middle [m]."""
+    """Objects stand within this distance of the middle [m], 0.05..1."""
     gap: float = 0.05
-    """Least distance between the circles around objects [m]."""
+    """Least distance between the circles around objects [m], 0..0.5."""
     without: float = 0.25
     """Share of the tables on which no object of a fitting class stands properly (never for
-    hand-over, for which every class fits)."""
+    hand-over, for which every class fits), 0..1."""
     decoys: float = 0.5
-    """Share of the tables with a vessel that stands upside down or lies."""
+    """Share of the tables with a vessel that stands upside down or lies, 0..1."""
 
     def __post_init__(self) -> None:
-        if not 1 <= self.fewest <= self.most or self.radius <= 0.0:
-            raise ValueError(f"expected 1 <= fewest <= most and a radius, got {self}")
+        super().__post_init__()
+        if self.fewest > self.most:
+            raise ValueError(f"expected fewest <= most, got {self.fewest} and {self.most}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -125,7 +125,7 @@ def half_reach(model: TaskModel, path: Path, table: GraspTable) -> dict[str, Any
     gaps = frames.columns["gap"].astype(np.float64)
     stamps = frames.columns["stamp"].astype(np.float64)
     observed = select_variables(frames.features, (*OBJECT, *ACTION))
-    deviations = reach_deviations(observed, gaps, np.zeros(26), config)
+    deviations = reach_deviations(observed, gaps, np.zeros(26))
     fresh = model.calibrated_log_odds(model.evidence(observed, deviations))
     names = table.columns["demonstration"].astype(str)
     score = np.full((table.rows, len(model.tasks)), np.nan)

@@ -23,22 +23,24 @@ from intent_inference.workshop.evaluation.protocol import (
 from intent_inference.workshop.evaluation.scores import ROC_GRID
 from intent_inference.workshop.training.fitting import balanced_rows
 from intent_inference.workshop.training.labelled_table import GraspTable
+from intent_perception.basics.parameters import Checked
 
 Scores = dict[tuple[str, str, str], dict[str, list[float]]]
 Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class ReportConfig:
+class ReportConfig(Checked):
     """How much is run."""
 
     trials: int = 30
-    """Random 70/30 splits (Sec. IV-C)."""
+    """Random 70/30 splits (Sec. IV-C); 1..1000."""
     group_trials: int = 10
-    """Splits by unseen groups."""
+    """Splits by unseen groups, 0..1000."""
     calibration_folds: int = 5
-    """Parts for the calibration error; every row is predicted once."""
+    """Parts for the calibration error; every row is predicted once; 2..100."""
     seed: int = 1000
+    """Seed of all splits and trainings, 0..2147483647."""
     group: str = "object_id"
     """Column that tells which grasps share an object; without it that part is left out."""
     unknown: bool = True

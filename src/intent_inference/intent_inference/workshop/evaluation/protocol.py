@@ -22,6 +22,7 @@ from intent_inference.workshop.training.fitting import (
 )
 from intent_inference.workshop.training.labelled_table import GraspTable
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 
 Rows = NDArray[np.int64]
 
@@ -34,7 +35,7 @@ HARD = replace(PAPER, hard=True)
 
 
 @dataclass(frozen=True)
-class ProtocolConfig:
+class ProtocolConfig(Checked):
     """What is run on every split."""
 
     training: TrainingConfig = field(default_factory=TrainingConfig)
@@ -43,7 +44,7 @@ class ProtocolConfig:
     recipes: bool = True
     """Of the baselines, the paper's recipe and hard discretisation, too."""
     share: float = 0.7
-    """Share of the rows (or groups) for training."""
+    """Share of the rows (or groups) for training, 0.1..0.9."""
 
 
 @dataclass(frozen=True, eq=False)

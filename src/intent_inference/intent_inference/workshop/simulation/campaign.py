@@ -34,6 +34,7 @@ from intent_inference.workshop.simulation.simulated_grasp import (
 )
 from intent_inference.workshop.simulation.stability import ShakeConfig
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 
 SETTINGS = SHARE / "simulation.yaml"
@@ -43,7 +44,7 @@ _SAVE_EVERY = 3
 
 
 @dataclass(frozen=True)
-class CampaignConfig:
+class CampaignConfig(Checked):
     """What to generate and where."""
 
     hand: str
@@ -53,15 +54,13 @@ class CampaignConfig:
     models: str | None = None
     """Object database; None = the shipped one."""
     held_per_object: int = 100
-    """Grasps that hold, per object."""
+    """Grasps that hold, per object, 1..100000."""
     most_rounds: int = 400
-    """An object that gives fewer is left after this many rounds."""
+    """An object that gives fewer is left after this many rounds, 1..100000."""
     seed: int = 0
+    """Seed of the hypotheses, together with hand, object and round, 0..2147483647."""
     generation: GenerationConfig = field(default_factory=GenerationConfig)
-
-    def __post_init__(self) -> None:
-        if self.held_per_object < 1 or self.most_rounds < 1:
-            raise ValueError(f"expected at least one grasp and one round, got {self}")
+    """How the grasps of one object are generated."""
 
     def path_of(self, name: str) -> Path:
         """Return the archive of an object."""

@@ -23,6 +23,7 @@ from intent_inference.workshop.simulation.labels import (
 from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp
 from intent_inference.workshop.simulation.stability import ShakeConfig, ShakenGrasp, ShakeTest
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.objects.database import ObjectModel
 
 _ON_HANDLE = "on the handle"
@@ -31,35 +32,34 @@ _TASK_WEIGHT = 2.0
 
 
 @dataclass(frozen=True)
-class GenerationConfig:
+class GenerationConfig(Checked):
     """How grasps of one object are generated."""
 
     wanted: int = 80
-    """Grasps of an object that shall hold."""
+    """Grasps of an object that shall hold, 1..100000."""
     task_share: float = 0.5
-    """Share of them that shall afford each task that the object is good for."""
+    """Share of them that shall afford each task that the object is good for, 0..1."""
     preshape_share: float = 0.10
-    """Share that shall use each pre-shape other than power."""
+    """Share that shall use each pre-shape other than power, 0..1."""
     handle_share: float = 0.35
-    """Share that shall hold a vessel by its handle."""
+    """Share that shall hold a vessel by its handle, 0..1."""
     per_round: int = 60
-    """Candidates that are looked at before some of them are shaken."""
+    """Candidates that are looked at before some of them are shaken, 1..10000."""
     shaken_per_round: int = 12
-    """Candidates shaken in a round."""
+    """Candidates shaken in a round, 1..10000."""
     tries_per_round: int = 1600
-    """Hypotheses tried in a round at most."""
+    """Hypotheses tried in a round at most, 1..1000000."""
     unguided: float = 0.15
-    """Share of the shaken candidates that are drawn at random, whatever they might afford."""
+    """Share of the shaken candidates that are drawn at random, whatever they might afford, 0..1."""
     favored: float = 0.7
-    """Share of the hypotheses drawn from approaches that gave what is still missing."""
+    """Share of the hypotheses drawn from approaches that gave what is still missing, 0..1."""
     shake: ShakeConfig = field(default_factory=ShakeConfig)
     filter: FilterConfig = field(default_factory=FilterConfig)
 
     def __post_init__(self) -> None:
-        if not 0 < self.shaken_per_round <= self.per_round <= self.tries_per_round:
+        super().__post_init__()
+        if not self.shaken_per_round <= self.per_round <= self.tries_per_round:
             raise ValueError(f"expected shaken <= looked at <= tried per round, got {self}")
-        if self.wanted < 1:
-            raise ValueError(f"expected to want at least one grasp, got {self.wanted}")
 
 
 class Needs:

@@ -26,6 +26,7 @@ from intent_inference.quantisation.quantiser import (
 from intent_inference.quantisation.variables import OBJECT_CLASS, split_observed
 from intent_inference.workshop.training.labelled_table import GraspTable
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 
 Rows = NDArray[np.int64]
 
@@ -66,26 +67,25 @@ DEFAULT_RECIPES = (
 
 
 @dataclass(frozen=True)
-class TrainingConfig:
+class TrainingConfig(Checked):
     """How a model is trained."""
 
     recipes: tuple[NetworkRecipe, ...] = DEFAULT_RECIPES
     """The networks of each task whose answers are joined."""
     quantisation: QuantisationConfig = field(default_factory=QuantisationConfig)
     folds: int = 5
-    """Parts of the data for the held-out predictions that calibration needs."""
+    """Parts of the data for the held-out predictions that calibration needs, 2..100."""
     most_rows: int = 6000
-    """Most rows per task; of more, the rarer label is kept."""
+    """Most rows per task; of more, the rarer label is kept; 10..10000000."""
     masks: tuple[str, ...] | None = None
     """Sets of observed variables to calibrate for (names of `split_observed`); None: all."""
     compared: tuple[NetworkRecipe, ...] = ()
     """Further networks that take no part in the answer (evaluation)."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.recipes:
             raise ValueError("recipes: expected at least one network")
-        if self.folds < 2:
-            raise ValueError(f"folds: expected at least 2, got {self.folds}")
 
 
 def balanced_rows(labels: Array, rng: np.random.Generator, most: int | None = None) -> Rows:
