@@ -11,7 +11,7 @@ from intent_tracking.fit.wrenches import WRENCH
 from intent_tracking.image.frame_evidence import FrameEvidence, Prior, Weights
 from intent_tracking.scene.hand_kernel import HandArrays, new_hand_buffers, turn
 from intent_tracking.scene.object_kernel import ObjectArrays
-from intent_tracking.scene.state_layout import CAPSULES, JOINTS
+from intent_tracking.scene.state_layout import CAPSULES, HAND_SIZE, JOINTS, OBJECT_SIZE
 
 
 @kernel
@@ -58,7 +58,7 @@ def apply_step(
     for n in range(JOINTS):
         new_state[6 + n] = min(max(new_state[6 + n], limits[n, 0]), limits[n, 1])
     for body in range(rotations.shape[0]):
-        offset = 3 if body == 0 else 23 + 6 * body
+        offset = 3 if body == 0 else HAND_SIZE + OBJECT_SIZE * (body - 1) + 3
         turn(step[offset], step[offset + 1], step[offset + 2], rotations[body], new_rotations[body])
         for i in range(offset, offset + 3):
             new_state[i] = np.float32(0.0)

@@ -20,7 +20,7 @@ from intent_tracking.image.frame_evidence import FrameEvidence, Labelled
 from intent_tracking.image.tile import Tile
 from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, nearest_capsule
 from intent_tracking.scene.object_kernel import ObjectArrays, object_distances
-from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE
+from intent_tracking.scene.state_layout import object_start
 
 NOBODY, OF_HAND, OF_ARM, OF_REST, OF_OBJECT = -1, -2, -3, -4, 0
 """Labels of pixels; active object k has label k >= 0."""
@@ -126,7 +126,7 @@ def _scores(
     scores[1, gap > config.reach] = -1e3
     distance, reach = np.empty(count, np.float32), np.float32(config.reach)
     for k in range(objects):
-        origin = bodies.state[HAND_SIZE + OBJECT_SIZE * k : 29 + 6 * k]
+        origin = bodies.state[object_start(k) : object_start(k) + 3]
         object_distances(bodies.objects, k, bodies.rotations[1 + k], *origin, near, reach, distance)
         row = bodies.color_rows[k]
         scores[2 + k] = color[FIRST_OBJECT + row] - np.minimum(distance * distance * factor, 4.5)
