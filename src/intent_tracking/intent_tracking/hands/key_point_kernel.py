@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from intent_perception.geometry.transforms import Array
-from intent_tracking.scene.hand_kernel import JIT, Single, new_hand_buffers, place_hand, turn
+from intent_tracking.scene.hand_kernel import JIT, new_hand_buffers, place_hand, turn
 from intent_tracking.scene.posture_prior import Posture
 
 UNKNOWNS = 27
@@ -49,6 +49,8 @@ class KeyPointWeights(NamedTuple):
     """Spread of the network's metric shape [m]."""
     depth: float
     """Spread of the skin's depth [m]; samples off by several times as much count for little."""
+    hidden: float
+    """Spreads by which a sample may be nearer before something must hide the joint."""
     limit: float
     """Spread beyond the joints' limits [rad]."""
     posture: float
@@ -114,7 +116,10 @@ def _add_pixels(target, weights, points, jacobian, row, normal, gradient):  # ty
             continue
         inverse = 1.0 / max(points[j, 2], 0.05)
         x, y = points[j, 0] * inverse, points[j, 1] * inverse
-        ex, ey = (x - target.pixels[j, 0]) / weights.pixel, (y - target.pixels[j, 1]) / weights.pixel
+        ex, ey = (
+            (x - target.pixels[j, 0]) / weights.pixel,
+            (y - target.pixels[j, 1]) / weights.pixel,
+        )
         q = 1.0 + (ex * ex + ey * ey) / 9.0
         cost += target.trust[j] * 9.0 * math.log(q)
         w = target.trust[j] / q
@@ -162,8 +167,10 @@ def _add_depth(target, weights, points, jacobian, row, normal, gradient):  # typ
             second = 0 if (s - 21) % 4 == 0 else first - 1
         z = 0.5 * (points[first, 2] + points[second, 2])
         e = (z - target.radii[s] - target.depth[s]) / weights.depth
-        q = 1.0 + e * e / 9.0
-        cost += 9.0 * (1.0 - 1.0 / q)
+        # what lies below the skin seen there may be hidden behind another finger
+        wide = weights.hidden * weights.hidden if e > 0.0 else 9.0
+        q = 1.0 + e * e / wide
+        cost += wide * (1.0 - 1.0 / q)
         for a in range(27):
             row[a] = 0.5 * (jacobian[first, 2, a] + jacobian[second, 2, a]) / weights.depth
         _add(normal, gradient, row, e, 1.0 / (q * q))
@@ -199,7 +206,7 @@ def _add_angles(target, weights, state, normal, gradient):  # type: ignore[no-un
 def linearize_key_points(  # type: ignore[no-untyped-def]
     hand, target, weights, state, rotation, buffers, points, jacobian, normal, gradient
 ):
-    """Return the cost at a state; write the normal matrix (27, 27, lower) and -half the gradient."""
+    """Return the cost at a state; write normal matrix (27, 27, lower) and -half the gradient."""
     normal[:, :] = 0.0
     gradient[:] = 0.0
     row = np.zeros(27)
@@ -279,8 +286,3 @@ def fit_key_points(hand, target, weights, state, rotation, iterations):  # type:
             if damping > 1e4:
                 break
     return cost
-
-
-def single(values: Array) -> Single:
-    """Return a contiguous float32 copy."""
-    return np.array(values, dtype=np.float32, order="C")

@@ -55,9 +55,7 @@ class PalmNetwork:
 
 def _in_image(found: HandSquare, view: HandSquare, size: int) -> HandSquare:
     scale = view.side / size
-    return HandSquare(
-        view.to_image(found.center, size), found.side * scale, found.turn + view.turn
-    )
+    return HandSquare(view.to_image(found.center, size), found.side * scale, found.turn + view.turn)
 
 
 def anchor_centers(size: int) -> Array:

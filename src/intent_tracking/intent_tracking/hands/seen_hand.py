@@ -22,6 +22,6 @@ class SeenHand:
     right: float
     """Probability that it is a right one, over the last frames."""
     square: HandSquare
-    """Where the key points were read."""
+    """Upright around it: where the next frame's key points are read."""
     age: int = 0
     """Frames since it was found."""

@@ -22,8 +22,8 @@ _AGREE = 0.025
 """Samples of one hand agree within this once its shape is taken off [m]."""
 _SAME_HAND = 0.07
 """Samples farther than this from where they are expected belong to other things [m]."""
-_SIZES = (0.6, 1.6)
-"""How much larger a hand may look than its size and depth say."""
+_SIZE_SPREAD = 0.3
+"""Standard deviation of the log of a hand's size as the networks see it."""
 
 
 @njit(**JIT)
@@ -64,13 +64,14 @@ def skin_depth(
     measured = np.zeros(len(pixels))
     _near_depths(depth, pixels, half, _NEAR, measured)
     middle = measured - relative
-    possible = (measured > 0.0) & (middle > by_size * _SIZES[0]) & (middle < by_size * _SIZES[1])
+    possible = (measured > 0.0) & (middle > 0.05)
     if not possible.any():
         return np.zeros(len(pixels)), by_size
     # the depth on which most samples agree; of equals the nearer, for what is behind is no hand
     candidates = np.sort(middle[possible])
     votes = (np.abs(candidates[:, None] - candidates) < _AGREE).sum(axis=1)
-    best = candidates[int(np.argmax(votes))]
+    likely = np.exp(-0.5 * (np.log(candidates / by_size) / _SIZE_SPREAD) ** 2)
+    best = candidates[int(np.argmax(votes * likely))]
     palm = float(np.median(candidates[np.abs(candidates - best) < _AGREE]))
     near = possible & (np.abs(middle - palm) < _SAME_HAND)
     return np.where(near, measured, 0.0), palm
