@@ -93,7 +93,7 @@ fetch_networks() {
     python -m intent_tracking.fetch_hand_networks >"$venv/networks.log" 2>&1 && return
   tail -1 "$venv/networks.log" >&2
   echo "setup: no hand networks; later: scripts/env.sh python -m intent_tracking.fetch_hand_networks" >&2
-  return 1
+  exit 1 # of the subshell: no stamp, so the next set-up tries again
 }
 
 # A compiled function in numba's cache does not notice that one which it calls has changed.
@@ -113,6 +113,6 @@ enter_venv # the libraries' folders exist only now
 [ "${1:-}" != --dev ] || once install-dev requirements-dev.txt -- install_dev
 once build msg_defs/intent_msgs colcon.meta src/*/package.xml src/*/setup.* src/*/config src/*/launch src/*/rviz \
   -- build
-once hand-networks src/intent_tracking/intent_tracking/hands/network_files.py -- fetch_networks || true
+(once hand-networks src/intent_tracking/intent_tracking/hands/network_files.py -- fetch_networks) || true
 mapfile -t kernels < <(grep -rl --include='*.py' njit src)
 once kernels "${kernels[@]}" -- forget_kernels

@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from intent_perception.geometry.camera import ColorImage
-from intent_tracking.hands.hand_square import HandSquare, square_of_key_points, whole_image
+from intent_tracking.hands.hand_square import HandSquare, search_views, square_of_key_points
 from intent_tracking.hands.landmark_network import KeyPoints, LandmarkNetwork
 from intent_tracking.hands.palm_network import PalmNetwork
 from intent_tracking.hands.seen_hand import SeenHand
@@ -77,6 +77,7 @@ class HandReader:
         self._lost: list[tuple[SeenHand, int]] = []
         self._frame = 0
         self._searched = -self._config.second_period
+        self._searches = 0
         self._next = 0
 
     def read(self, color: ColorImage, search: bool = False) -> tuple[SeenHand, ...]:
@@ -97,6 +98,8 @@ class HandReader:
         period = self._config.second_period if self._hands else self._config.search_period
         due = self._frame - self._searched >= period or len(self._hands) < before
         if search or (due and len(self._hands) < self._config.hands):
+            if len(self._hands) < before:
+                self._searches = 0  # what was just lost is looked for in the whole image
             self._searched = self._frame
             self._search(color)
         return self._hands
@@ -117,7 +120,9 @@ class HandReader:
 
     def _search(self, color: ColorImage) -> None:
         """Add the hands of palms that are none of the known ones."""
-        view = whole_image(color.shape[1], color.shape[0])
+        views = search_views(color.shape[1], color.shape[0])
+        view = views[self._searches % len(views)]
+        self._searches += 1
         for palm in self._palms.find(color, view, self._config.least_palm):
             if len(self._hands) >= self._config.hands:
                 break

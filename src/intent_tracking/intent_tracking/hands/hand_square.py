@@ -15,6 +15,10 @@ from intent_perception.geometry.transforms import Array
 
 _SHRINK = 2.0
 """A crop that skips more pixels than this averages them first: far hands must not flicker."""
+_PART, _STRIDE = 0.6, 0.75
+"""Side of a part that is searched [longer sides of the image], step to the next [its sides]."""
+_LEAST_PART = 120.0
+"""Parts are not searched in images so small that they would be blown up [pixels]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +73,28 @@ def whole_image(width: int, height: int, turn: float = 0.0) -> HandSquare:
     """Return the smallest square of a turn by quarters that holds an image."""
     middle = np.array([0.5 * (width - 1), 0.5 * (height - 1)])
     return HandSquare(middle, float(max(width, height)), turn)
+
+
+def search_views(width: int, height: int) -> list[HandSquare]:
+    """Return squares in which to search one after the other: the whole image, then parts of it.
+
+    A hand that is a tenth of the image's width is too small for the palm network; in a part, which
+    is larger than any hand that is not, it is large enough. The whole image comes every other time.
+    """
+    whole = whole_image(width, height)
+    side = _PART * whole.side
+    if side < _LEAST_PART:
+        return [whole]
+    columns, rows = (
+        [0.5 * (length - 1)]
+        if length <= side
+        else np.linspace(
+            0.5 * side, length - 0.5 * side, 1 + math.ceil((length - side) / (_STRIDE * side))
+        )
+        for length in (width, height)
+    )
+    parts = [HandSquare(np.array([u, v]), side, 0.0) for v in rows for u in columns]
+    return [view for part in parts for view in (whole, part)]
 
 
 def square_of_palm(low: Array, high: Array, wrist: Array, knuckle: Array) -> HandSquare:

@@ -10,6 +10,7 @@ under 30 mm in .89, 1 and 1 of the frames; what is left in the first are frames 
 measures no depth on the palm). Films that the constants were not fitted to: see the tests.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,6 +78,8 @@ class KeyPointConfig:
     recordings lie well above (4 pixels off) or well below (19); nearer ones are guesses."""
     doubt: float = 0.2
     """Probability from which a side is tried."""
+    side: float = 30.0
+    """Cost of a side, times -log of its probability."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +114,7 @@ def starts_from_key_points(
     config = config or KeyPointConfig()
     likely: dict[Side, float] = {"right": seen.right, "left": 1.0 - seen.right}
     found = [
-        _start(seen, frame, side, *hand, config)
+        _start(seen, frame, side, *hand, -config.side * math.log(likely[side]), config)
         for side, hand in hands.items()
         if likely[side] > config.doubt
     ]
@@ -146,8 +149,10 @@ def _start(
     side: Side,
     model: HandModel,
     arrays: HandArrays,
+    surprise: float,
     config: KeyPointConfig,
 ) -> KeyPointStart:
+    """Return the fit of one hand, `surprise` added to its cost."""
     offsets = key_point_offsets(side)
     rest = model.joint_positions(np.zeros(20)) + offsets
     shape = seen.shape - seen.shape[_PALM].mean(axis=0)
@@ -181,7 +186,7 @@ def _start(
         config.posture,
         config.size,
     )
-    cost = fit_key_points(arrays, target, weights, state, turned, config.iterations)
+    cost = surprise + fit_key_points(arrays, target, weights, state, turned, config.iterations)
     rotations = orthonormal(turned.astype(np.float64)).astype(np.float32)[None]
     size = float(np.exp(state[26]))
     return KeyPointStart(side, BodyState(state[:26].copy(), rotations), size, float(cost), depth)
