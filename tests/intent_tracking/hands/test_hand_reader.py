@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 from tests.support.hand_films import (
@@ -55,8 +56,6 @@ def test_key_points_turn_with_the_image(reader, quarters):
 
 @pytest.mark.parametrize("factor", [0.5, 2.0, 3.0])
 def test_key_points_scale_with_the_image(reader, factor):
-    import cv2
-
     color = frames_of(FILM, FRAMES)[40].color
     larger = cv2.resize(color, None, fx=factor, fy=factor, interpolation=cv2.INTER_LINEAR)
     (hand,), (scaled,) = (read_all(reader, [image] * 3)[-1] for image in (color, larger))

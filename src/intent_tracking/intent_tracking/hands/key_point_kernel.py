@@ -55,8 +55,10 @@ class KeyPointWeights(NamedTuple):
     """Spread beyond the joints' limits [rad]."""
     posture: float
     """Weight of the posture prior's squared Mahalanobis distance."""
+    usual: float
+    """Log of the usual size."""
     size: float
-    """Spread of the log of the hand's size."""
+    """Spread of the log of the size."""
 
 
 @njit(**JIT)
@@ -197,9 +199,10 @@ def _add_angles(target, weights, state, normal, gradient):  # type: ignore[no-un
         gradient[6 + n] -= weights.posture * pull
         cost += weights.posture * pull * (state[6 + n] - target.posture.mean[n])
     w = 1.0 / (weights.size * weights.size)
+    e = state[26] - weights.usual
     normal[26, 26] += w
-    gradient[26] -= w * state[26]
-    return cost + w * state[26] * state[26]
+    gradient[26] -= w * e
+    return cost + w * e * e
 
 
 @njit(**JIT)

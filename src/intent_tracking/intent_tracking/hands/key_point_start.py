@@ -19,7 +19,13 @@ from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.transforms import Array
 from intent_tracking.hands.key_point_kernel import KeyPointTarget, KeyPointWeights, fit_key_points
 from intent_tracking.hands.seen_hand import SeenHand
-from intent_tracking.hands.skin_depth import BONES, skin_depth, with_bones
+from intent_tracking.hands.skin_depth import (
+    BONES,
+    measured_depth,
+    palm_depths,
+    skin_depth,
+    with_bones,
+)
 from intent_tracking.scene.body_state import BodyState, orthonormal
 from intent_tracking.scene.hand_kernel import HandArrays
 from intent_tracking.scene.hand_model import FITTED_LIMITS, HandModel, Side
@@ -44,6 +50,8 @@ alone differ by 2-4 mm). The outer thumb is read too variably on rendered hands 
 
 _PALM = [0, 5, 9, 13, 17]
 _KNUCKLE_DEPTH, _METACARPAL_DEPTH, _FINGER_DEPTH = 0.012, 0.014, 0.008
+_PATCH = 0.012
+"""Half the side of a patch whose depth is sampled [sides of the hand's square]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +73,10 @@ class KeyPointConfig:
     posture: float = 2.8
     """Weight of the posture prior; above 1, for the errors of a hand's key points are not
     independent."""
-    size: float = 0.05
-    """Spread of the log of the hand's size against its model's."""
+    usual_size: float = 0.95
+    """Of a hand against its model."""
+    size: float = 0.04
+    """Spread of the log of the size."""
     wrist_trust: float = 3.0
     """Weight of the wrist against a finger's key point."""
     thumb_trust: float = 0.6
@@ -80,6 +90,19 @@ class KeyPointConfig:
     """Probability from which a side is tried."""
     side: float = 30.0
     """Cost of a side, times -log of its probability."""
+
+    def weights(self, depth: float) -> KeyPointWeights:
+        """Return the weights for compiled code of a hand at a depth [m]."""
+        return KeyPointWeights(
+            self.across / depth,
+            self.shape,
+            self.depth,
+            self.hidden,
+            self.limit,
+            self.posture,
+            math.log(self.usual_size),
+            self.size,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,44 +175,45 @@ def _start(
     surprise: float,
     config: KeyPointConfig,
 ) -> KeyPointStart:
-    """Return the fit of one hand, `surprise` added to its cost."""
+    """Return the best fit of one hand over the depths that its palm may have."""
     offsets = key_point_offsets(side)
-    rest = model.joint_positions(np.zeros(20)) + offsets
+    rest = config.usual_size * (model.joint_positions(np.zeros(20)) + offsets)
     shape = seen.shape - seen.shape[_PALM].mean(axis=0)
     shape *= _length(rest) / max(_length(shape), 1e-6)
+    relative = with_bones(shape)[:, 2]
     rays = _rays(frame.camera, seen.pixels)
     by_size = _spread(shape[:, :2]) / max(_spread(rays[:, :2]), 1e-6)
-    patch = max(1, round(0.012 * seen.square.side))
-    pixels = with_bones(seen.pixels)
-    depth, palm = skin_depth(frame.depth, pixels, with_bones(shape)[:, 2], by_size, patch)
-    state, rotation = np.zeros(27, np.float32), _turned(rest[_PALM], shape[_PALM])
-    middle = rays[_PALM].mean(axis=0) * (palm + _KNUCKLE_DEPTH)
-    state[:3] = middle - rotation @ rest[_PALM].mean(axis=0)
-    state[6:26] = shipped_posture().mean
-    turned = np.ascontiguousarray(rotation, dtype=np.float32)
+    patch = max(1, round(_PATCH * seen.square.side))
+    measured = measured_depth(frame.depth, with_bones(seen.pixels), patch)
     target = KeyPointTarget(
         np.ascontiguousarray(rays[:, :2]),
         key_point_trust(seen.pixels, config),
         shape,
-        depth,
+        measured,
         _skin_thickness() * model.scale * model.thickness,
         offsets,
         FITTED_LIMITS,
         shipped_posture(),
     )
-    weights = KeyPointWeights(
-        config.across / palm,
-        config.shape,
-        config.depth,
-        config.hidden,
-        config.limit,
-        config.posture,
-        config.size,
-    )
-    cost = surprise + fit_key_points(arrays, target, weights, state, turned, config.iterations)
-    rotations = orthonormal(turned.astype(np.float64)).astype(np.float32)[None]
-    size = float(np.exp(state[26]))
-    return KeyPointStart(side, BodyState(state[:26].copy(), rotations), size, float(cost), depth)
+    turned = _turned(rest[_PALM], shape[_PALM])
+    found = []
+    for palm in palm_depths(measured, relative, by_size):
+        depth = skin_depth(measured, relative, palm)
+        elsewhere = measured[(measured > 0.0) & (depth == 0.0)]
+        middle = rays[_PALM].mean(axis=0) * (palm + _KNUCKLE_DEPTH)
+        state, rotation = np.zeros(27, np.float32), np.array(turned, np.float32, order="C")
+        state[:3] = middle - turned @ rest[_PALM].mean(axis=0)
+        state[6:26] = shipped_posture().mean
+        state[26] = math.log(config.usual_size)
+        weights = config.weights(palm)
+        near = target._replace(depth=depth)
+        cost = fit_key_points(arrays, near, weights, state, rotation, config.iterations)
+        # what is not compared counts as an outlier, else the hand that meets least would win
+        cost += surprise + float(np.where(elsewhere < palm, config.hidden**2, 9.0).sum())
+        rotations = orthonormal(rotation.astype(np.float64)).astype(np.float32)[None]
+        body = BodyState(state[:26].copy(), rotations)
+        found.append(KeyPointStart(side, body, math.exp(state[26]), float(cost), depth))
+    return min(found, key=lambda start: start.cost)
 
 
 def _rays(camera: Camera, pixels: Array) -> Array:

@@ -22,6 +22,12 @@ _AGREE = 0.025
 """Samples of one hand agree within this once its shape is taken off [m]."""
 _SAME_HAND = 0.07
 """Samples farther than this from where they are expected belong to other things [m]."""
+_APART = 0.035
+"""Depths farther apart than this may be two things [m]."""
+_SECOND = 0.3
+"""Share of the votes from which a second depth is tried."""
+_NEAREST = 0.05
+"""No camera measures less [m]."""
 _SIZE_SPREAD = 0.3
 """Standard deviation of the log of a hand's size as the networks see it."""
 
@@ -49,32 +55,47 @@ def with_bones(points: Array) -> Array:
     return np.concatenate([points, points[BONES].mean(axis=1)])
 
 
-def skin_depth(
-    depth: DepthImage, pixels: Array, relative: Array, by_size: float, half: int
-) -> tuple[Array, float]:
-    """Return the depth (41,) at key points and bones, 0 where unknown, and the palm's depth [m].
+def measured_depth(depth: DepthImage, pixels: Array, half: int) -> Array:
+    """Return the depth (n,) of the near side of the patch around each pixel, 0 = unknown [m].
 
     Args:
         depth: (H, W) [m], 0 = no measurement.
-        pixels: (41, 2) key points and middles of the bones.
-        relative: (41,) how much farther than the middle of the palm each is expected [m].
-        by_size: depth at which the hand has its size [m], for want of a better one.
+        pixels: (n, 2), also outside the image.
         half: half the side of a patch [pixels].
     """
     measured = np.zeros(len(pixels))
     _near_depths(depth, pixels, half, _NEAR, measured)
-    middle = measured - relative
-    possible = (measured > 0.0) & (middle > 0.05)
-    if not possible.any():
-        return np.zeros(len(pixels)), by_size
-    # the depth on which most samples agree; of equals the nearer, for what is behind is no hand
-    candidates = np.sort(middle[possible])
-    votes = (np.abs(candidates[:, None] - candidates) < _AGREE).sum(axis=1)
+    return measured
+
+
+def palm_depths(measured: Array, relative: Array, by_size: float) -> list[float]:
+    """Return the depths [m] that the middle of the palm may have, likeliest first, one or two.
+
+    Over-exposed or grazed skin has no depth, and then much of what is measured lies behind.
+
+    Args:
+        measured: (41,) depth at key points and bones, 0 = unknown [m].
+        relative: (41,) how much farther than the middle of the palm each is expected [m].
+        by_size: depth at which the hand has its size, for want of a better one [m].
+    """
+    middle = (measured - relative)[measured > 0.0]
+    candidates = np.sort(middle[middle > _NEAREST])
+    if not candidates.size:
+        return [by_size]
+    agree = np.abs(candidates[:, None] - candidates) < _AGREE
     likely = np.exp(-0.5 * (np.log(candidates / by_size) / _SIZE_SPREAD) ** 2)
-    best = candidates[int(np.argmax(votes * likely))]
-    palm = float(np.median(candidates[np.abs(candidates - best) < _AGREE]))
-    near = possible & (np.abs(middle - palm) < _SAME_HAND)
-    return np.where(near, measured, 0.0), palm
+    votes = agree.sum(axis=1) * likely
+    best = int(np.argmax(votes))
+    other = np.where(np.abs(candidates - candidates[best]) < _APART, 0.0, votes)
+    second = int(np.argmax(other))
+    chosen = [best, second] if other[second] > _SECOND * votes[best] else [best]
+    return [float(np.median(candidates[agree[row]])) for row in chosen]
+
+
+def skin_depth(measured: Array, relative: Array, palm: float) -> Array:
+    """Return the measured depth (41,) where it may be that of a hand at a depth, else 0 [m]."""
+    near = (measured > 0.0) & (np.abs(measured - relative - palm) < _SAME_HAND)
+    return np.where(near, measured, 0.0)
 
 
 def hand_mask(depth: DepthImage, pixels: Array, sampled: Array) -> NDArray[np.bool_]:
@@ -86,7 +107,7 @@ def hand_mask(depth: DepthImage, pixels: Array, sampled: Array) -> NDArray[np.bo
     Args:
         depth: (H, W) [m], 0 = no measurement.
         pixels: (21, 2) key points.
-        sampled: (41,) depth of the skin as `skin_depth` returns it.
+        sampled: (41,) depth of the skin as in `KeyPointStart.depth`.
     """
     mask = np.zeros(depth.shape, np.uint8)
     palm = float(np.linalg.norm(pixels[9] - pixels[0]))
