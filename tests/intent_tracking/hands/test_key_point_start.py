@@ -92,7 +92,6 @@ def test_thumb_across_the_palm_is_trusted_less():
     pixels = read_hand("right", random_hand(0))[1].pixels
     config = KeyPointConfig()
     hidden = pixels.copy()
-    hidden[2:5] = 0.5 * (pixels[5:8] + pixels[0])
     hidden[2:5] = pixels[[5, 6, 7]]
     assert key_point_trust(hidden, config)[4] == config.hidden_thumb_trust
     apart = pixels.copy()

@@ -3,12 +3,13 @@
 Palms are searched only while a hand is missing; afterwards the key points of one frame tell where
 those of the next are read. Nothing here knows time or chance: the same images give the same hands.
 
-Measured on one core of a busy machine (nine rendered films, three real recordings): a look at the
-palms takes 11 ms (lite) or 13 ms (full), a reading of key points 6 or 11 ms. Both palm networks
-find what there is, however the camera is rolled: in .96-1 of the frames with a whole hand, so lite
-it is. The key points of `full` are no better on the real recordings (start error 21, 11, 14 mm;
-lite 20, 10, 14) and 1 mm better in the mean of the films, where its side is right more often
-(.96 : .94 of single frames): not worth twice the time.
+Measured on one core (nine rendered films, three real recordings): a look at the palms takes 11 ms
+(lite) or 13 ms (full), a reading of key points 6 or 11 ms; a frame 7 ms in the mean, 15-20 in the
+one of twenty that searches. Both palm networks find what there is, however the camera is rolled:
+in .96-1 of the frames with a whole hand, so lite it is. Starts from the key points of `full` are no
+better on the real recordings (21, 12, 13 mm against 19, 11, 14 of lite, with the same weights) and
+2 mm better in the mean of the films: not worth twice the time. A hand is found in 1-5 frames after
+it is wholly in view, those that reach fast and blurred being the latest.
 """
 
 from dataclasses import dataclass, replace
@@ -37,7 +38,7 @@ class HandReaderConfig:
     """Presence below which there is no hand."""
     search_period: int = 2
     """Frames between searches while no hand is seen."""
-    second_period: int = 10
+    second_period: int = 15
     """Frames between searches while one is."""
     side_memory: float = 0.9
     """Share of the side's probability that comes from before, once a hand is old."""
