@@ -9,7 +9,7 @@ Single frames, no tracking, a hand of unknown size: real recordings 18, 10 and 1
 under 30 mm in .84, 1 and 1 of the frames: in the rest that camera measures no depth on the palm but
 on the cloth behind it, and nothing in one frame tells), the shipped bags 16, 13 and 12 mm (21
 joints, a missed hand as 100 mm), three films that no constant was fitted to 12, 14 and 13 mm. The
-side is right in all real frames and .94-1 of the others. 1.9 ms of CPU per start, 2.5 in the worst
+side is right in all real frames and in .89-1 of those of the films. 1.9 ms of CPU per start, 2.5 in the worst
 twentieth.
 """
 
@@ -77,9 +77,9 @@ class KeyPointConfig:
     """Weight of the posture prior; above 1, for the errors of a hand's key points are not
     independent."""
     usual_size: float = 0.95
-    """Of a hand against its model; GraspIt!'s is a large hand. 1 for a model that was calibrated."""
+    """Of a hand against its model, GraspIt!'s being large; 1 for a calibrated model."""
     size: float = 0.04
-    """Spread of the log of the size; smaller for a model that was calibrated."""
+    """Spread of the log of the size; less for a calibrated model."""
     wrist_trust: float = 3.0
     """Weight of the wrist against a finger's key point."""
     thumb_trust: float = 0.6
