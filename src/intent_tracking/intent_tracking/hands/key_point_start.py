@@ -9,8 +9,8 @@ Single frames, no tracking, a hand of unknown size: real recordings 18, 10 and 1
 under 30 mm in .84, 1 and 1 of the frames: in the rest that camera measures no depth on the palm but
 on the cloth behind it, and nothing in one frame tells), the shipped bags 16, 13 and 12 mm (21
 joints, a missed hand as 100 mm), three films that no constant was fitted to 12, 14 and 13 mm. The
-side is right in all real frames and in .89-1 of those of the films. 1.9 ms of CPU per start, 2.5 in the worst
-twentieth.
+side is right in all real frames and in .89-1 of those of the films. 1.9 ms of CPU per start, 2.5
+in the worst twentieth.
 """
 
 import math
