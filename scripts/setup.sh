@@ -51,7 +51,8 @@ repair_cmake() {
   local include numpy
   include=$(python -c 'import sysconfig; print(sysconfig.get_path("include"))')
   numpy=$(python -c 'import numpy; print(numpy.get_include())')
-  grep -rlZ '/opt/python/cp312-cp312' "$venv/share" --include='*.cmake' | xargs -0 -r sed -i \
+  # A second set-up finds none left.
+  { grep -rlZ '/opt/python/cp312-cp312' "$venv/share" --include='*.cmake' || true; } | xargs -0 -r sed -i \
     -e "s|/opt/python/cp312-cp312/lib/python3.12/site-packages/numpy/_core/include|$numpy|g" \
     -e "s|/opt/python/cp312-cp312/include/python3.12|$include|g"
 }
@@ -77,6 +78,15 @@ build() {
     { tail -40 "$venv/colcon.log" >&2 && fail "colcon build failed; the whole log is in $venv/colcon.log"; }
 }
 
+# Without them the tracker finds hands by depth and skin colour alone, so it may come later.
+fetch_networks() {
+  PYTHONPATH=$root/src/intent_perception:$root/src/intent_tracking${PYTHONPATH:+:$PYTHONPATH} \
+    python -m intent_tracking.fetch_hand_networks >"$venv/networks.log" 2>&1 && return
+  tail -1 "$venv/networks.log" >&2
+  echo "setup: no hand networks; later: scripts/env.sh python -m intent_tracking.fetch_hand_networks" >&2
+  exit 1 # of the subshell: no stamp, so the next set-up tries again
+}
+
 # A compiled function in numba's cache does not notice that one which it calls has changed.
 forget_kernels() {
   find src -path '*/__pycache__/*.nb?' -delete
@@ -94,5 +104,6 @@ enter_venv # the libraries' folders exist only now
 [ "${1:-}" != --dev ] || once install-dev requirements-dev.txt -- install_dev
 once build msg_defs colcon.meta src/*/package.xml src/*/setup.* src/*/config src/*/launch src/*/rviz \
   -- build
+(once hand-networks src/intent_tracking/intent_tracking/hands/network_files.py -- fetch_networks) || true
 mapfile -t kernels < <(grep -rlE --include='*.py' '^@(\w+_)?kernel$' src)
 once kernels "${kernels[@]}" -- forget_kernels

@@ -33,6 +33,7 @@ setup(
     entry_points={
         "console_scripts": [
             "tracker = intent_tracking.ros.tracker_node:main",
+            "fetch_hand_networks = intent_tracking.hands.fetch_networks_command:main",
             "grasp_detector = intent_tracking.ros.grasp_detector_node:main",
         ],
     },

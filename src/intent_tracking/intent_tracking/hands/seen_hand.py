@@ -1,0 +1,27 @@
+"""One hand of one frame, as the networks see it."""
+
+from dataclasses import dataclass
+
+from intent_perception.basics.arrays import Array
+from intent_tracking.hands.hand_square import HandSquare
+
+
+@dataclass(frozen=True, eq=False)
+class SeenHand:
+    """A hand in a colour image."""
+
+    identity: int
+    """Number that this hand keeps while it is seen."""
+    pixels: Array
+    """(21, 2) key points in the order of `LANDMARK_NAMES` [pixels]; some may lie outside."""
+    shape: Array
+    """(21, 3) the key points of a hand of average size, seen along its line of sight: x right,
+    y down, z forward as in the camera's frame [m]."""
+    presence: float
+    """Probability that there is a hand."""
+    right: float
+    """Probability that it is a right one, over the last frames."""
+    square: HandSquare
+    """Upright around it: where the next frame's key points are read."""
+    age: int = 0
+    """Frames since it was found."""
