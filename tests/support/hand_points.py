@@ -8,7 +8,7 @@ from intent_tracking.scene.hand_model import LIMITS, HandModel
 from intent_tracking.scene.posture_prior import shipped_posture
 
 F = np.float32
-WEIGHTS = Weights(*map(F, (0.02, 0.0, 0.0, 2.0, 0.0, 1.0, 2e-4, 2e-4, 5e-4, 0.0, 0.0)))
+WEIGHTS = Weights(*map(F, (0.02, 0.0, 0.0, 2.0, 0.0, 1.0, 2e-4, 2e-4, 5e-4, 0.0, 0.0, 0.0)))
 NONE = np.zeros(0, F)
 
 

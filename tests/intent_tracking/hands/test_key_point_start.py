@@ -127,7 +127,7 @@ def errors_over(frames, joints, chosen):
 @pytest.mark.slow
 @pytest.mark.parametrize(("film", "largest"), [("wash_glass", 0.014), ("give_bottle", 0.016)])
 def test_rendered_hand_is_met_within_centimetres(film, largest):
-    """Floats frames, no tracking; most of the rest is the hidden thumb, which is a guess."""
+    """Single frames, no tracking; most of the rest is the hidden thumb, which is a guess."""
     truth = truth_of(ROOT / "bags" / film)
     errors, sides = errors_over(frames_of(film, 80)[20:], truth["joints_camera"][20:], slice(None))
     assert np.median(errors) < largest

@@ -66,7 +66,12 @@ class RecognizedObjects:
     objects: tuple[RecognizedObject, ...]
     """In decreasing order of confidence; empty when there is nothing known."""
     T_table_camera: Array
-    """(4, 4) camera -> table."""
+    """(4, 4) camera -> table; the identity where no table is seen."""
+
+    @property
+    def table_seen(self) -> bool:
+        """Whether there is a table: else the frame `table` is the camera's own."""
+        return not np.array_equal(self.T_table_camera, np.eye(4))
 
 
 class Recognizer:
@@ -113,8 +118,11 @@ class Recognizer:
             table is None or self._held(image, table, arm) or not self._changed(image, table, arm)
         ):
             return None
-        findings = detector.find_in(image, table, ~arm)
-        self._answer = self._reported(frame.stamp, findings)
+        if table is None and config.detection.table_share < 1.0:
+            # Nothing says what stands out as an object, and a search among everything never ends.
+            self._answer = RecognizedObjects(frame.stamp, (), self._frame_of(None))
+        else:
+            self._answer = self._reported(frame.stamp, detector.find_in(image, table, ~arm))
         self._seen = np.where(arm, np.float32(0.0), image.smooth)
         return self._answer
 

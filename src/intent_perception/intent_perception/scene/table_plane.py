@@ -1,6 +1,7 @@
 """The table plane in a depth image: where "height" and the frame `table` come from."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -90,10 +91,21 @@ def _inset(
     return depth
 
 
+class _Trial(NamedTuple):
+    """A plane through one point, and how many points lie on it."""
+
+    inliers: int
+    normal: Array = np.zeros(3)
+    offset: float = 0.0
+
+
 def find_table(
     image: OrientedImage, rng: np.random.Generator, tolerance: float, share: float
 ) -> TablePlane | None:
     """Return the largest plane that faces up towards the camera, or None if there is no table.
+
+    Up is the image's up. Where no plane faces there, the camera may be rolled or look straight
+    down: then the largest plane counts whose top the camera sees.
 
     Args:
         image: the scene.
@@ -108,18 +120,20 @@ def find_table(
         return None
     chosen = rng.integers(0, len(points), _SAMPLES)
     some, facing = points[chosen].astype(np.float64), normals[chosen].astype(np.float64)
-    best, plane = 0, None
+    upright, rolled = _Trial(0), _Trial(0)
     for index in rng.integers(0, _SAMPLES, _TRIALS):
-        normal, offset = facing[index], -facing[index] @ some[index]
-        # A table is seen from above: its normal has a part along the image's up direction.
-        if normal[1] > -0.1 or offset < 0.15:
+        normal, offset = facing[index], float(-facing[index] @ some[index])
+        if offset < 0.15:
             continue
-        close = np.abs(some @ normal + offset) < 2.0 * tolerance
-        if close.sum() > best:
-            best, plane = int(close.sum()), (normal, offset)
-    if plane is None or best < share * _SAMPLES:
+        count = int((np.abs(some @ normal + offset) < 2.0 * tolerance).sum())
+        # A table is seen from above: its normal has a part along the image's up direction.
+        if normal[1] <= -0.1:
+            upright = max(upright, _Trial(count, normal, offset), key=lambda trial: trial.inliers)
+        rolled = max(rolled, _Trial(count, normal, offset), key=lambda trial: trial.inliers)
+    best = upright if upright.inliers >= share * _SAMPLES else rolled
+    if best.inliers < share * _SAMPLES:
         return None
-    normal, offset = _fitted(some, *plane, tolerance)
+    normal, offset = _fitted(some, best.normal, best.offset, tolerance)
     outline = _outline(points[normals @ normal > 0.8], normal, offset, tolerance)
     return None if outline is None else TablePlane(normal, offset, outline)
 

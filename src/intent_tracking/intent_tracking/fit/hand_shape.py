@@ -63,6 +63,8 @@ class HandShapeEstimate:
     def __init__(self, config: HandShapeConfig) -> None:
         self._config = config
         self._start = load_shape(config.file) if config.file else AVERAGE
+        self.sized = bool(config.file)
+        """Whether the hand's size is known, if only roughly."""
         self._begin(None)
 
     def _begin(self, side: Side | None) -> None:
@@ -74,6 +76,16 @@ class HandShapeEstimate:
         self._vector: Array = np.zeros(SHAPE_SIZE)
         self.frames = 0
         """Well-fitted frames so far."""
+
+    def resize(self, size: float) -> bool:
+        """Begin with a hand of another size; return whether that is possible: not after a fit."""
+        if self.frames or self._config.file or not self._config.calibrate:
+            return False
+        self._start = self._start.copy()
+        self._start[0] *= size
+        self.sized = True
+        self._begin(self.side)
+        return True
 
     @property
     def complete(self) -> bool:

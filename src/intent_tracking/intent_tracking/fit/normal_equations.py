@@ -11,6 +11,7 @@ the cost is a sum of squares in units of one point, [m^2]:
       + w_front sum rho_2s(max(d - z_m - 3 mm, 0)) model samples in front of the observed depth
       + w_pen  sum max(r - phi(c) - 1 mm, 0)^2     hand inside the object
       + w_touch sum rho_s(r - phi(c) - 1 mm)       hidden outer phalanges near a held object
+      + w_key sum w_j rho_k(...)                   key points off their rays, see `key_terms`
       + w_limit, w_temporal, w_dip, w_synergy      joint limits, prediction, DIP = 2/3 PIP,
                                                    neighbouring fingers alike
 rho_s(e) = s^2 e^2 / (s^2 + e^2) (Geman-McClure).
@@ -22,6 +23,7 @@ import numpy as np
 
 from intent_perception.basics.arrays import Floats, Indices
 from intent_perception.basics.kernels import kernel
+from intent_tracking.fit.key_terms import add_keys
 from intent_tracking.fit.prior_terms import add_priors
 from intent_tracking.fit.wrenches import (
     add_row,
@@ -267,6 +269,7 @@ def linearize(
         row, index, g,
     )  # fmt: skip
     cost += add_object_samples(objects, evidence, weights, state, rotations, bags, g)
+    cost += add_keys(buffers, evidence.keys, state, rotations[0], weights.key, bags, g)
     empty_hand(bags, buffers, state, normal, gradient)
     for k in range(rotations.shape[0] - 1):
         empty_bag(bags[CAPSULES + k], HAND_SIZE + OBJECT_SIZE * k, normal, gradient)

@@ -27,6 +27,23 @@ class Labelled(NamedTuple):
     step: np.float32
 
 
+class KeyEvidence(NamedTuple):
+    """Where 21 key points of the hand are seen, in the order of the contract's joints."""
+
+    rays: Floats
+    """(21, 2) x / z and y / z of their lines of sight."""
+    weights: Floats
+    """(21,) of each against one observed point, 0 = not seen."""
+    offsets: Floats
+    """(21, 3) key point minus joint in `hand_wrist` [m]."""
+
+
+NO_KEYS = KeyEvidence(
+    np.zeros((21, 2), np.float32), np.zeros(21, np.float32), np.zeros((21, 3), np.float32)
+)
+"""Nothing is said about any."""
+
+
 class FrameEvidence(NamedTuple):
     """One frame as the refinement sees it, in the camera's frame."""
 
@@ -46,6 +63,7 @@ class FrameEvidence(NamedTuple):
     """y / z of the first row."""
     step: np.float32
     """x / z per pixel."""
+    keys: KeyEvidence = NO_KEYS
 
 
 class Weights(NamedTuple):
@@ -65,6 +83,8 @@ class Weights(NamedTuple):
     synergy: np.float32
     posture: np.float32
     """Squared Mahalanobis distance of the posture from the usual ones [m^2]."""
+    key: np.float32
+    """Of key points, each of which has a weight of its own."""
     hand_place: np.float32
     """Hand position against its prediction (no unit)."""
 

@@ -27,6 +27,8 @@ class Hypothesis:
     """Frames in a row with hardly a hand pixel."""
     fit: Fit | None = None
     active: tuple[int, ...] = ()
+    gap: float | None = None
+    """Smoothed distance of the joints from where the networks see them [m]; None: not seen yet."""
 
 
 def unusual_roll(side: Side, R_table_hand: Array) -> float:

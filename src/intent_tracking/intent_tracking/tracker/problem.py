@@ -7,7 +7,7 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats
 from intent_tracking.image.appearance import AppearanceModel
-from intent_tracking.image.frame_evidence import FrameEvidence, Labelled, Prior
+from intent_tracking.image.frame_evidence import FrameEvidence, KeyEvidence, Labelled, Prior
 from intent_tracking.image.labelling import Pixels
 from intent_tracking.image.tile import Tile
 from intent_tracking.scene.body_state import BodyState
@@ -61,6 +61,8 @@ class Problem:
     objects: ObjectArrays
     """The active ones."""
     ties: Ties
+    keys: KeyEvidence
+    """Of the hand, if a network has seen it."""
     seed: int
     """Of its random draws."""
 

@@ -1,8 +1,8 @@
 """A whole recording through recognition and tracking, without ROS."""
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -87,27 +87,42 @@ def follow(tracker: Tracker, frames: Iterable[RgbdFrame]) -> Recording:
 
 
 def track_bag(
-    bag: Path, database: ObjectDatabase, config: TrackerConfig, chosen: tuple[str, ...] = ()
+    bag: Path,
+    database: ObjectDatabase,
+    config: TrackerConfig,
+    chosen: tuple[str, ...] | None = (),
+    warn: Callable[[str], None] = lambda _: None,
 ) -> Recording:
     """Return the recording of a bag whose first frame shows the objects at rest.
+
+    Where no object or no table is seen the hand is followed alone.
 
     Args:
         bag: rosbag2 folder.
         database: what may stand on the table.
         config: of the tracker.
-        chosen: names of the only objects to look for; empty = the whole database.
+        chosen: names of the only objects to look for; empty = the whole database, None = no object.
+        warn: told, once each, what is missing and what follows from it.
     """
-    database = database.select(chosen) if chosen else database
-    models = {model.name: model for model in database}
     frames: Iterator[RgbdFrame] = read_frames(bag)
     first = next(frames)
+    database = database.select(chosen) if chosen else database
     found = Recognizer(database).step(first)
-    if found is None or len(found.objects) == 0:
-        raise ValueError(
-            f"no object of the database is seen in the first frame of {bag}; give its model by "
-            "--models, or start the recording with the objects at rest"
+    assert found is not None  # the first frame always gives an answer
+    if chosen is None:
+        found = replace(found, objects=())
+    elif not found.table_seen:
+        warn("no table is seen in the first frame: only the hand is followed, no objects")
+    elif not found.objects:
+        warn(
+            "no object of the database is seen in the first frame: the hand is followed alone; "
+            "give its model by --models, or start the recording with the objects at rest"
         )
-    return track_frames(_with_first(first, frames), found, models, config)
+    tracker = Tracker({model.name: model for model in database}, config)
+    if tracker.trouble:
+        warn(tracker.trouble)
+    tracker.start(found)
+    return follow(tracker, _with_first(first, frames))
 
 
 def _with_first(first: RgbdFrame, others: Iterator[RgbdFrame]) -> Iterator[RgbdFrame]:

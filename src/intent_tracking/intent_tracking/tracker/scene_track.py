@@ -1,6 +1,7 @@
 """One hypothesis of the scene followed over frames: a hand of one side and all objects."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,12 +9,13 @@ from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
 from intent_tracking.fit.finger_sweep import sweep_fingers
 from intent_tracking.fit.hand_shape import shaped_hand
+from intent_tracking.fit.key_terms import key_cost, key_gap
 from intent_tracking.fit.objective import draw_objects, forth_costs, rendered_cost
 from intent_tracking.fit.pso import minimise
 from intent_tracking.fit.refinement import refine
 from intent_tracking.fit.swarm_cost import joint_costs, sums_of_nothing
 from intent_tracking.image.appearance import FIRST_OBJECT, HAND, AppearanceModel
-from intent_tracking.image.frame_evidence import Labelled, Prior
+from intent_tracking.image.frame_evidence import KeyEvidence, Labelled, Prior
 from intent_tracking.image.labelling import (
     OF_HAND,
     OF_OBJECT,
@@ -31,6 +33,11 @@ from intent_tracking.scene.raster import FAR
 from intent_tracking.scene.state_layout import HAND_SIZE, object_start
 from intent_tracking.tracker.problem import SINGLE_LIMITS, Fit, Problem, Surroundings, Ties, View
 from intent_tracking.tracker.track_config import TrackConfig
+
+_AGREED = 0.012
+"""Distance of joints from their key points up to which a fit is not questioned [m]."""
+_KEY_PIXELS = 20.0
+"""Pixels that a key point of full weight is worth where fits of one view are compared."""
 
 
 class SceneTrack:
@@ -66,11 +73,13 @@ class SceneTrack:
         active: tuple[int, ...],
         ties: Ties,
         around: Surroundings,
+        keys: KeyEvidence,
         seed: int,
     ) -> Problem:
         """Return what a frame asks of this track next to a guess (hand and all objects)."""
         view = self._view(frame, guess, active, around)
-        return Problem(view, guess, active, self.objects(list(active)), ties, seed)
+        view = replace(view, evidence=view.evidence._replace(keys=keys))
+        return Problem(view, guess, active, self.objects(list(active)), ties, keys, seed)
 
     def _view(
         self, frame: RgbdFrame, guess: BodyState, active: tuple[int, ...], around: Surroundings
@@ -114,6 +123,8 @@ class SceneTrack:
             size = config.pso_particles, config.pso_generations
             return self._refined(self._swarmed(start, problem, size, True, rng), problem, prior, 0)
         best = self._descended(start, problem, prior, seed)
+        if 0.0 <= self.key_gap(problem.keys, best.state) < _AGREED:
+            return best  # seen there by the networks as well
         if best.cost > config.swarm_cost:  # the motion may have turned back
             stayed = self.state.chosen(list(problem.active))
             other = self._descended(stayed, problem, prior, seed + 3)
@@ -226,6 +237,16 @@ class SceneTrack:
 
         return of_all
 
+    def key_gap(self, keys: KeyEvidence, state: BodyState) -> float:
+        """Return how far a state's joints lie beside their lines of sight [m]; -1: none is seen."""
+        place_hand(self.arrays, state.values, state.rotations[0], self.buffers)
+        return float(key_gap(self.buffers, keys, state.rotations[0]))
+
+    def joints(self, state: BodyState) -> Floats:
+        """Return the 21 joints (21, 3) of a state in the camera's frame [m]."""
+        place_hand(self.arrays, state.values, state.rotations[0], self.buffers)
+        return self.buffers.landmarks.copy()
+
     def accept(self, problem: Problem, fit: Fit) -> None:
         """Make a fit the present state."""
         self.before = self.state
@@ -288,7 +309,11 @@ class SceneTrack:
             self.arrays, problem.objects, problem.view.seen, state.values, state.rotations
         )
         unusual = self.config.sweep_unusual * surprise(shipped_posture(), state.values[6:HAND_SIZE])
-        return float(total) + unusual, float(cost)
+        astray = 0.0
+        if problem.keys.weights.any():
+            place_hand(self.arrays, state.values, state.rotations[0], self.buffers)
+            astray = _KEY_PIXELS * float(key_cost(self.buffers, problem.keys, state.rotations[0]))
+        return float(total) + unusual + astray, float(cost)
 
 
 def coarser(seen: Labelled, size: int) -> Labelled:

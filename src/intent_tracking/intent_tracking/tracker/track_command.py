@@ -16,24 +16,34 @@ from intent_tracking.tracker.recording import track_bag
 from intent_tracking.tracker.tracker_config import TrackerConfig
 
 
+def _warn(text: str) -> None:
+    print(f"track: {text}", file=sys.stderr)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
     parser = argparse.ArgumentParser(prog="intent_tracking.track", description=__doc__)
     parser.add_argument("bag", type=Path, help="rosbag2 folder with RGB-D images")
     parser.add_argument("--models", help="object database: YAML file or folder (shipped: 48)")
-    parser.add_argument("--objects", default="", help="names of the only objects, comma separated")
+    parser.add_argument(
+        "--objects",
+        default="",
+        help="names of the only objects, comma separated; none: the hand alone",
+    )
     parser.add_argument("--method", choices=("hybrid", "pso"), default="hybrid")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--shape", default="", help="NPZ with the hand shape to start from")
     parser.add_argument("--save-shape", type=Path, help="NPZ that the calibrated shape is kept in")
     parser.add_argument("--out", type=Path, required=True, help="NPZ file of the result")
     options = parser.parse_args(arguments)
-    chosen = tuple(name for name in options.objects.split(",") if name)
+    chosen: tuple[str, ...] | None = tuple(name for name in options.objects.split(",") if name)
+    if chosen == ("none",):
+        chosen = None
     try:
         database = ObjectDatabase.load(options.models)
         shape = HandShapeConfig(file=options.shape)
         config = TrackerConfig(method=options.method, seed=options.seed, shape=shape)
-        recording = track_bag(options.bag, database, config, chosen)
+        recording = track_bag(options.bag, database, config, chosen, _warn)
     except ValueError as error:
         print(f"track: {error}", file=sys.stderr)
         return 2
@@ -42,8 +52,10 @@ def main(arguments: list[str] | None = None) -> int:
         save_shape(options.save_shape, last.hand_side, last.hand_shape)
     np.savez_compressed(options.out, allow_pickle=False, **recording.arrays)
     lost = sum(state.hand_lost for state in recording.states)
+    without = sum(not state.hand_tracked for state in recording.states)
     print(
-        f"{len(recording.states)} frames, {lost} with a hand that is lost, "
+        f"{len(recording.states)} frames, {without} without a hand's pose "
+        f"({lost} of them with one in view), "
         f"{1e3 * recording.seconds.mean():.1f} ms CPU per frame: {options.out}"
     )
     return 0

@@ -12,7 +12,11 @@ from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.fit.hand_shape import HandShapeEstimate, shaped_hand
 from intent_tracking.fit.initialisation import HandStart
-from intent_tracking.image.appearance import AppearanceModel
+from intent_tracking.hands.key_point_start import KeyPointStart, starts_from_key_points
+from intent_tracking.hands.key_points import key_evidence
+from intent_tracking.hands.skin_depth import hand_mask
+from intent_tracking.image.appearance import HAND, AppearanceModel, color_bins
+from intent_tracking.image.frame_evidence import NO_KEYS, KeyEvidence
 from intent_tracking.image.labelling import OF_HAND
 from intent_tracking.scene.body_state import BodyState, start_state
 from intent_tracking.scene.hand_kernel import hand_buffers
@@ -22,6 +26,7 @@ from intent_tracking.scene.packed_objects import PackedObjects
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.scene.state_layout import HAND_SIZE
 from intent_tracking.tracker.hand_finder import HandFinder, Search
+from intent_tracking.tracker.hand_watch import HandWatch
 from intent_tracking.tracker.held_objects import expected, note_objects, reconsidered, ties_of
 from intent_tracking.tracker.hypothesis import Hypothesis, unusual_roll
 from intent_tracking.tracker.object_life import ObjectLife
@@ -32,6 +37,25 @@ from intent_tracking.tracker.uncertainty import state_deviation
 
 _SMOOTHING = 0.25
 """Share of the newest frame in the smoothed cost: about four frames judge a hand."""
+_GAP_SMOOTHING = 0.5
+"""The same for the distance from the networks' key points, which are steadier."""
+_ELSEWHERE = 0.10
+"""Distance that counts where the networks see a hand, but not this one [m]."""
+_AGREED = 0.3
+"""Cost that a hand may have more where the networks see it."""
+_GAP_COST = 4.0
+"""Cost of a hand beside its key points [1/m]: 25 mm weigh as much as half a hand unexplained."""
+_SIDE_COST = 0.2
+"""Cost of a side that the networks exclude."""
+_SURE, _SURE_AGE = 0.8, 4
+"""Probability of the other side, and frames since a hand is seen, from which a side is doubted."""
+_MISSED = 2
+"""Looks in a row without the hand after which one that fits badly is given up."""
+_NUDGE = 0.008
+"""A prediction is moved if the palm is seen farther beside it than this [m]."""
+_KNOWN_SIZE = 0.01
+"""Spread of the log of a calibrated hand's size."""
+_PALM = [0, 5, 9, 13, 17]
 _WORTH_A_TRIAL = 0.25
 """Starts this much worse than the best are not followed: a wrong side costs less at first."""
 
@@ -45,8 +69,15 @@ class Tracker:
         self.config = config or TrackerConfig()
         self._track_config = replace(self.config.track, swarm_only=self.config.method == "pso")
         self._models = models
+        wanted = self.config.networks and self.config.method != "pso"
+        self._watch = HandWatch(self.config.reader if wanted else None, self.config.look_period)
         self.forget_hand()
         self._objects: RecognizedObjects | None = None
+
+    @property
+    def trouble(self) -> str:
+        """Why no network helps to find hands, and the remedy; empty where one does."""
+        return self._watch.trouble
 
     def forget_hand(self) -> None:
         """Expect another person: the calibration of the hand's shape begins anew."""
@@ -80,6 +111,8 @@ class Tracker:
         self._side: Side | None = None
         self._place: Floats | None = None
         self._frames = 0
+        self._watch.reset()
+        self._keys: dict[Side, KeyEvidence] = {}
         self._buffers = hand_buffers()
 
     def _surroundings(self, objects: RecognizedObjects) -> Surroundings:
@@ -91,7 +124,7 @@ class Tracker:
         return Surroundings(
             PackedObjects([geometry_of(model) for model in chosen]),
             AppearanceModel([model.color for model in chosen]),
-            plane if self.config.table else None,
+            plane if self.config.table and objects.table_seen else None,
             T_table_camera,
         )
 
@@ -111,6 +144,7 @@ class Tracker:
             raise ValueError("expected Tracker.start before Tracker.step")
         if self._frames == 0:
             self._finder.begin(frame, self._still_life.track)
+        self._look(frame)
         for hypothesis in self._hypotheses:
             self._follow(hypothesis, frame)
         self._hypotheses = [h for h in self._hypotheses if self._alive(h)]
@@ -123,10 +157,28 @@ class Tracker:
         self._frames += 1
         return self._result(frame, visible)
 
+    def _look(self, frame: RgbdFrame) -> None:
+        """Let the networks look at the hand that is followed, or at any if there is none."""
+        leader = self._hypotheses[0] if self._hypotheses else None
+        expected, settled = None, False
+        if leader is not None:
+            joints = leader.track.joints(leader.track.predict())
+            camera, middle = frame.camera, joints[[0, 5, 9, 13, 17]].mean(axis=0)
+            expected = middle[:2] / middle[2] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
+            old = leader.age > self.config.decision_frames and len(self._hypotheses) == 1
+            settled = old and leader.gap is not None and leader.gap < self.config.agreement
+        self._watch.look(frame, expected, settled)
+        self._keys = {}
+        if self._watch.hand is not None:
+            self._keys = {
+                side: key_evidence(self._watch.hand, frame.camera, side, self.config.key_points)
+                for side in self._hands
+            }
+
     def _follow(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
         """Fit one hypothesis to a frame and bring its record up to date."""
         track, lives = hypothesis.track, hypothesis.lives
-        guess = expected(track.predict(), lives)
+        guess = expected(self._nudged(hypothesis, track.predict()), lives)
         active = tuple(k for k, life in enumerate(lives) if life.active)
         problem = self._problem(hypothesis, frame, guess, active)
         fit = reconsidered(hypothesis, problem, track.fit(problem), self.config.life)
@@ -137,13 +189,27 @@ class Tracker:
             track.learn(problem, self._around.appearance)
         self._calibrate(hypothesis, problem)
 
+    def _nudged(self, hypothesis: Hypothesis, guess: BodyState) -> BodyState:
+        """Return a prediction moved to where the networks see the palm, if that is elsewhere."""
+        keys = self._keys.get(hypothesis.track.hand.side, NO_KEYS)
+        if not keys.weights.any():
+            return guess
+        palm = hypothesis.track.joints(guess)[_PALM]
+        shift = (keys.rays[_PALM] * palm[:, 2:] - palm[:, :2]).mean(axis=0)
+        if np.linalg.norm(shift) < _NUDGE:
+            return guess
+        moved = guess.copy()
+        moved.values[:2] += shift
+        return moved
+
     def _problem(
         self, hypothesis: Hypothesis, frame: RgbdFrame, guess: BodyState, active: tuple[int, ...]
     ) -> Problem:
         """Return what a frame asks of a hypothesis next to a guess."""
         ties = ties_of(hypothesis.lives, active, self.config.life)
         seed = self._frames + 1000 * self.config.seed
-        return hypothesis.track.problem(frame, guess, active, ties, self._around, seed)
+        keys = self._keys.get(hypothesis.track.hand.side, NO_KEYS)
+        return hypothesis.track.problem(frame, guess, active, ties, self._around, keys, seed)
 
     def _calibrate(self, hypothesis: Hypothesis, problem: Problem) -> None:
         """Let a well-fitted frame speak for the shape of the hand."""
@@ -154,9 +220,13 @@ class Tracker:
         if worst < config.good_cost and self.shape.learn(
             track.hand, track.arrays, problem.view.evidence, config.track.weights, track.state
         ):
-            shape = self.shape.shape
-            self._hands = {side: HandModel.from_shape(side, shape) for side in self._hands}
+            self._reshape()
             track.set_hand(self._hands[track.hand.side])
+
+    def _reshape(self) -> None:
+        """Use the hand's shape as it is known by now."""
+        shape = self.shape.shape
+        self._hands = {side: HandModel.from_shape(side, shape) for side in self._hands}
 
     def _note(self, hypothesis: Hypothesis, problem: Problem, fit: Fit) -> None:
         view = problem.view
@@ -167,11 +237,19 @@ class Tracker:
         hypothesis.age += 1
         rate = max(_SMOOTHING, 1.0 / hypothesis.age)
         hypothesis.mean_cost += rate * (fit.cost - hypothesis.mean_cost)
+        gap = hypothesis.track.key_gap(problem.keys, hypothesis.track.state)
+        if gap >= 0.0:
+            before = gap if hypothesis.gap is None else hypothesis.gap
+            hypothesis.gap = before + _GAP_SMOOTHING * (gap - before)
+        elif self._watch.elsewhere is not None and self._watch.missed >= _MISSED:
+            hypothesis.gap = _ELSEWHERE
         note_objects(hypothesis, problem, self.config.life, self._buffers)
 
     def _alive(self, hypothesis: Hypothesis) -> bool:
         """Return whether a hypothesis still follows a hand; keep its objects if it does not."""
-        lost = hypothesis.mean_cost > self.config.lost_cost
+        lost = hypothesis.mean_cost > self.config.lost_cost + self._benefit(hypothesis)
+        unseen = self._watch.ever and self._watch.missed >= _MISSED
+        lost |= unseen and hypothesis.mean_cost > self.config.good_cost
         if hypothesis.thin < 3 and not lost:
             return True
         if hypothesis is self._hypotheses[0]:
@@ -182,6 +260,15 @@ class Tracker:
             self._still_life.track.state = self._still_life.track.before = far
             self._still_life.lives = hypothesis.lives
         return False
+
+    def _benefit(self, hypothesis: Hypothesis) -> float:
+        """Return the cost that a hand may have more because the networks see it there, too.
+
+        Pixels of cloth, of white skin or of another hand's are shared out wrongly and cost as much
+        as a hand in the wrong place does.
+        """
+        agreed = hypothesis.gap is not None and self._watch.missed < _MISSED
+        return _AGREED if agreed and (hypothesis.gap or 0.0) < self.config.contradiction else 0.0
 
     def _compete(self) -> None:
         """Put the better hypothesis first; end the competition when it is clear."""
@@ -197,8 +284,17 @@ class Tracker:
             self._side = self._hypotheses[0].track.hand.side
 
     def _rank(self, hypothesis: Hypothesis) -> float:
-        """Return the smoothed cost and how unusual the hand's roll is; least is best."""
-        return hypothesis.mean_cost + self._unusual(hypothesis)
+        """Return the smoothed cost and what speaks against the hand beside it; least is best."""
+        return hypothesis.mean_cost + self._odd(hypothesis)
+
+    def _odd(self, hypothesis: Hypothesis) -> float:
+        """Return the cost of a hand's roll and of where and on which side the networks see it."""
+        odd = self._unusual(hypothesis) + _GAP_COST * (hypothesis.gap or 0.0)
+        seen = self._watch.hand
+        if seen is not None:
+            side = hypothesis.track.hand.side
+            odd += _SIDE_COST * (1.0 - (seen.right if side == "right" else 1.0 - seen.right))
+        return odd
 
     def _unusual(self, hypothesis: Hypothesis) -> float:
         """Return what the hand's roll adds to the cost; nothing where no table says what is up."""
@@ -210,19 +306,77 @@ class Tracker:
 
     def _doubtful(self, hypothesis: Hypothesis) -> bool:
         """Return whether other starts shall be tried: often when young, then when it fits badly."""
+        if self._contradicted(hypothesis):
+            return True
         if hypothesis.age in self.config.young_trials:
             return hypothesis.mean_cost > self.config.good_cost
         urgent = hypothesis.track.cost > self.config.urgent_cost
         due = urgent or self._frames % self.config.doubt_period == 0
         return due and hypothesis.age > 2 and hypothesis.mean_cost > self.config.doubt_cost
 
+    def _contradicted(self, hypothesis: Hypothesis) -> bool:
+        """Return whether the networks see the hand elsewhere or on the other side."""
+        if hypothesis.gap is not None and hypothesis.gap > self.config.contradiction:
+            return True
+        seen = self._watch.hand
+        if seen is None:
+            return False
+        right = hypothesis.track.hand.side == "right"
+        return seen.age > _SURE_AGE and (1.0 - seen.right if right else seen.right) > _SURE
+
     def _search(self, frame: RgbdFrame) -> bool:
         """Look for a hand; return whether there is anything like one."""
+        found = self._seen_hypotheses(frame)
+        visible = bool(found)
+        if not found:
+            found, visible = self._found_hypotheses(frame)
+        self._hypotheses = sorted(found, key=self._rank)
+        return visible or self._watch.hand is not None
+
+    def _seen_hypotheses(self, frame: RgbdFrame) -> list[Hypothesis]:
+        """Return what the networks' key points say, each fitted once, best first."""
+        found = []
+        for start in self._seen_starts(frame, tuple(self._hands)):
+            state = self._still_life.track.state.replaced([], start.state)
+            hypothesis = self._hypothesis(start.side, state, 0.0)
+            problem = self._problem(hypothesis, frame, state, ())
+            fit = hypothesis.track.tried(problem)
+            hypothesis.track.accept(problem, fit)
+            hypothesis.track.before = hypothesis.track.state
+            hypothesis.mean_cost, hypothesis.fit = fit.cost, fit
+            hypothesis.gap = hypothesis.track.key_gap(problem.keys, hypothesis.track.state)
+            if fit.cost < self.config.accept_cost + self._benefit(hypothesis):
+                found.append(hypothesis)
+        return sorted(found, key=self._rank)
+
+    def _seen_starts(self, frame: RgbdFrame, sides: tuple[Side, ...]) -> list[KeyPointStart]:
+        """Return starts from the networks' key points, and learn the colours of what they see."""
+        seen = self._watch.hand or self._watch.elsewhere
+        if seen is None:
+            return []
+        hands = {
+            side: (self._hands[side], shaped_hand(side, self._hands[side].shape)) for side in sides
+        }
+        config = self.config.key_points
+        if self.shape.sized:
+            spread = _KNOWN_SIZE if self.shape.frames else config.size
+            config = replace(config, usual_size=1.0, size=spread)
+        starts = starts_from_key_points(seen, frame, hands, config)
+        if starts:
+            mask = hand_mask(frame.depth, seen.pixels, starts[0].depth)
+            self._around.appearance.learn(HAND, color_bins(frame.color[mask]))
+            if self.shape.resize(starts[0].size):
+                self._reshape()
+        return starts
+
+    def _found_hypotheses(self, frame: RgbdFrame) -> tuple[list[Hypothesis], bool]:
+        """Return what depth and colour alone say, and whether anything looks like a hand."""
         if self._frames % self.config.learn_period == 0:
             self._finder.learn_background(frame, self._still_life.track)
         found = self._starts(frame, tuple(self._hands))
+        hypotheses: list[Hypothesis] = []
         if not found:
-            return False
+            return hypotheses, False
         early = self._around.table is not None and self._frames < self.config.still_frames
         limit = self.config.first_cost if early else self.config.accept_cost
         best: dict[Side, HandStart] = {}
@@ -232,15 +386,28 @@ class Tracker:
             cost = candidate.cost - (self.config.side_bias if side == self._side else 0.0)
             if candidate.cost < limit and cost < found[0].cost + _WORTH_A_TRIAL:
                 state = self._still_life.track.state.replaced([], candidate.state)
-                self._hypotheses.append(self._hypothesis(side, state, cost))
-        self._hypotheses.sort(key=self._rank)
-        return True
+                hypotheses.append(self._hypothesis(side, state, cost))
+        return hypotheses, True
 
     def _try_others(self, frame: RgbdFrame) -> None:
         """Replace the leading hypothesis if another start explains the frame better."""
         leader = self._hypotheses[0]
-        side = leader.track.hand.side
+        for start in self._rival_starts(leader, frame):
+            rival = self._rival(leader, start.side, start.state, frame)
+            lead = self._odd(leader) - self._odd(rival)
+            if rival.track.cost < self.config.better * leader.track.cost + lead:
+                self._hypotheses = [rival]
+                leader = rival
+
+    def _rival_starts(self, leader: Hypothesis, frame: RgbdFrame) -> list[HandStart]:
+        """Return the best start of each side that may be the leader's hand."""
         young = leader.age <= max(self.config.young_trials)
+        if self._watch.hand or self._watch.elsewhere:
+            return [
+                HandStart(start.side, start.state, start.cost)
+                for start in self._seen_starts(frame, tuple(self._hands))
+            ]
+        side = leader.track.hand.side
         sides: tuple[Side, ...] = ("right", "left") if young else (side,)
         best: dict[Side, HandStart] = {}
         place = leader.track.state.values[:3]
@@ -249,17 +416,14 @@ class Tracker:
             near = apart < self.config.farthest_rival
             if near or candidate.cost < self.config.far_better * leader.mean_cost:
                 best.setdefault(candidate.side, candidate)
-        for candidate in best.values():
-            rival = self._rival(leader, candidate, frame)
-            lead = self._unusual(leader) - self._unusual(rival)
-            if rival.track.cost < self.config.better * leader.track.cost + lead:
-                self._hypotheses = [rival]
-                leader = rival
+        return list(best.values())
 
-    def _rival(self, leader: Hypothesis, candidate: HandStart, frame: RgbdFrame) -> Hypothesis:
+    def _rival(
+        self, leader: Hypothesis, side: Side, hand: BodyState, frame: RgbdFrame
+    ) -> Hypothesis:
         """Return what the leader would be with another start of the hand."""
-        state = leader.track.state.replaced([], candidate.state)
-        rival = self._hypothesis(candidate.side, state, leader.mean_cost)
+        state = leader.track.state.replaced([], hand)
+        rival = self._hypothesis(side, state, leader.mean_cost)
         rival.lives = leader.lives
         problem = self._problem(rival, frame, state, leader.active)
         fit = rival.track.tried(problem)
@@ -267,6 +431,8 @@ class Tracker:
         rival.track.before = rival.track.state
         rival.mean_cost, rival.age = fit.cost, leader.age
         rival.fit, rival.active = fit, leader.active
+        gap = rival.track.key_gap(problem.keys, rival.track.state)
+        rival.gap = gap if gap >= 0.0 else None
         return rival
 
     def _starts(self, frame: RgbdFrame, sides: tuple[Side, ...]) -> list[HandStart]:

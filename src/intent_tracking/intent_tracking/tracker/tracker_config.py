@@ -7,6 +7,8 @@ from intent_perception.basics.parameters import Checked
 from intent_tracking.fit.hand_shape import HandShapeConfig
 from intent_tracking.fit.initialisation import InitialisationConfig
 from intent_tracking.hands.hand_detection import DetectionConfig
+from intent_tracking.hands.hand_reader import HandReaderConfig
+from intent_tracking.hands.key_point_start import KeyPointConfig
 from intent_tracking.tracker.object_life import ObjectLifeConfig
 from intent_tracking.tracker.track_config import TrackConfig
 
@@ -60,6 +62,16 @@ class TrackerConfig(Checked):
     """Cost of a hand turned over, see `hypothesis.unusual_roll`, 0..2."""
     learn_period: int = 4
     """Frames between updates of the colour models, 1..1000."""
+    networks: bool = True
+    """Whether two small networks help to find and hold the hand, where their files are."""
+    look_period: int = 2
+    """Frames between looks of the networks at a hand on which they and the fit agree, 1..100."""
+    agreement: float = 0.012
+    """Distance of joints from their key points up to which they agree [m], 0.001..0.1."""
+    contradiction: float = 0.030
+    """Distance of joints from their key points that calls for another start [m], 0.005..0.5."""
+    reader: HandReaderConfig = field(default_factory=HandReaderConfig)
+    key_points: KeyPointConfig = field(default_factory=KeyPointConfig)
     track: TrackConfig = field(default_factory=TrackConfig)
     detection: DetectionConfig = field(default_factory=DetectionConfig)
     initialisation: InitialisationConfig = field(default_factory=InitialisationConfig)
