@@ -31,6 +31,7 @@ _SCALE_DEVIATION, _THICKNESS_DEVIATION, _BONE_DEVIATION = 0.06, 0.08, 0.03
 """Of the size of grown-up hands, of fingers' thickness and of single bones beside it, as shares."""
 _POINT_DEVIATION = 0.006  # that one observed point stands for [m]
 _FRAME_WEIGHT = 0.3  # share of a frame's information that its neighbours do not hold already
+_SIZES = 12  # sizes of single frames, each good to 4 %, that are enough
 _MEMORY = 0.7
 """Share of what is known that an update keeps: early frames were fitted with a wrong hand."""
 
@@ -63,8 +64,7 @@ class HandShapeEstimate:
     def __init__(self, config: HandShapeConfig) -> None:
         self._config = config
         self._start = load_shape(config.file) if config.file else AVERAGE
-        self.sized = bool(config.file)
-        """Whether the hand's size is known, if only roughly."""
+        self._sizes: list[float] = []
         self._begin(None)
 
     def _begin(self, side: Side | None) -> None:
@@ -77,13 +77,22 @@ class HandShapeEstimate:
         self.frames = 0
         """Well-fitted frames so far."""
 
-    def resize(self, size: float) -> bool:
-        """Begin with a hand of another size; return whether that is possible: not after a fit."""
-        if self.frames or self._config.file or not self._config.calibrate:
+    @property
+    def known(self) -> bool:
+        """Whether more is known of the hand's size than key points of single frames can add."""
+        given = bool(self._config.file) or not self._config.calibrate
+        return given or self.frames > 0 or len(self._sizes) >= _SIZES
+
+    def note_size(self, size: float) -> bool:
+        """Take note of a size against the average hand; return whether the shape has changed.
+
+        The median of the first frames' sizes is where the calibration begins.
+        """
+        if self.known:
             return False
-        self._start = self._start.copy()
-        self._start[0] *= size
-        self.sized = True
+        self._sizes.append(size)
+        self._start = AVERAGE.copy()
+        self._start[0] = float(np.median(self._sizes))
         self._begin(self.side)
         return True
 

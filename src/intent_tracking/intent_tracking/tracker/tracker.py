@@ -10,16 +10,20 @@ from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
-from intent_tracking.fit.hand_shape import HandShapeEstimate, shaped_hand
+from intent_tracking.fit.hand_shape import AVERAGE, HandShapeEstimate, shaped_hand
 from intent_tracking.fit.initialisation import HandStart
-from intent_tracking.hands.key_point_start import KeyPointStart, starts_from_key_points
+from intent_tracking.hands.key_point_start import (
+    KeyPointConfig,
+    KeyPointStart,
+    starts_from_key_points,
+)
 from intent_tracking.hands.key_points import key_evidence
 from intent_tracking.hands.skin_depth import hand_mask
 from intent_tracking.image.appearance import HAND, AppearanceModel, color_bins
 from intent_tracking.image.frame_evidence import NO_KEYS, KeyEvidence
 from intent_tracking.image.labelling import OF_HAND
 from intent_tracking.scene.body_state import BodyState, start_state
-from intent_tracking.scene.hand_kernel import hand_buffers
+from intent_tracking.scene.hand_kernel import HandArrays, hand_buffers
 from intent_tracking.scene.hand_model import HandModel, Side
 from intent_tracking.scene.object_kernel import geometry_of
 from intent_tracking.scene.packed_objects import PackedObjects
@@ -41,10 +45,10 @@ _GAP_SMOOTHING = 0.5
 """The same for the distance from the networks' key points, which are steadier."""
 _ELSEWHERE = 0.10
 """Distance that counts where the networks see a hand, but not this one [m]."""
-_AGREED = 0.3
+_AGREED = 1.0
 """Cost that a hand may have more where the networks see it."""
-_GAP_COST = 4.0
-"""Cost of a hand beside its key points [1/m]: 25 mm weigh as much as half a hand unexplained."""
+_GAP_COST = 8.0
+"""Cost of a hand beside its key points [1/m]: 25 mm are worth a fifth of its pixels."""
 _SIDE_COST = 0.2
 """Cost of a side that the networks exclude."""
 _SURE, _SURE_AGE = 0.8, 4
@@ -165,8 +169,7 @@ class Tracker:
             joints = leader.track.joints(leader.track.predict())
             camera, middle = frame.camera, joints[[0, 5, 9, 13, 17]].mean(axis=0)
             expected = middle[:2] / middle[2] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
-            old = leader.age > self.config.decision_frames and len(self._hypotheses) == 1
-            settled = old and leader.gap is not None and leader.gap < self.config.agreement
+            settled = self._settled(leader)
         self._watch.look(frame, expected, settled)
         self._keys = {}
         if self._watch.hand is not None:
@@ -174,6 +177,12 @@ class Tracker:
                 side: key_evidence(self._watch.hand, frame.camera, side, self.config.key_points)
                 for side in self._hands
             }
+
+    def _settled(self, leader: Hypothesis) -> bool:
+        """Return whether fit and networks agree so well that not every frame must be read."""
+        old = leader.age > self.config.decision_frames and len(self._hypotheses) == 1
+        agreed = leader.gap is not None and leader.gap < self.config.agreement
+        return old and agreed and leader.mean_cost < self.config.doubt_cost
 
     def _follow(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
         """Fit one hypothesis to a frame and bring its record up to date."""
@@ -187,6 +196,7 @@ class Tracker:
         due = hypothesis is self._hypotheses[0] and self._frames % self.config.learn_period == 0
         if due and hypothesis.mean_cost < self.config.doubt_cost:
             track.learn(problem, self._around.appearance)
+        self._note_size(hypothesis, frame)
         self._calibrate(hypothesis, problem)
 
     def _nudged(self, hypothesis: Hypothesis, guess: BodyState) -> BodyState:
@@ -237,12 +247,10 @@ class Tracker:
         hypothesis.age += 1
         rate = max(_SMOOTHING, 1.0 / hypothesis.age)
         hypothesis.mean_cost += rate * (fit.cost - hypothesis.mean_cost)
-        gap = hypothesis.track.key_gap(problem.keys, hypothesis.track.state)
-        if gap >= 0.0:
+        gap = self._gap(hypothesis.track)
+        if gap is not None:
             before = gap if hypothesis.gap is None else hypothesis.gap
             hypothesis.gap = before + _GAP_SMOOTHING * (gap - before)
-        elif self._watch.elsewhere is not None and self._watch.missed >= _MISSED:
-            hypothesis.gap = _ELSEWHERE
         note_objects(hypothesis, problem, self.config.life, self._buffers)
 
     def _alive(self, hypothesis: Hypothesis) -> bool:
@@ -250,7 +258,8 @@ class Tracker:
         lost = hypothesis.mean_cost > self.config.lost_cost + self._benefit(hypothesis)
         unseen = self._watch.ever and self._watch.missed >= _MISSED
         lost |= unseen and hypothesis.mean_cost > self.config.good_cost
-        if hypothesis.thin < 3 and not lost:
+        thin = hypothesis.thin >= 3 and self._benefit(hypothesis) == 0.0
+        if not thin and not lost:
             return True
         if hypothesis is self._hypotheses[0]:
             state = hypothesis.track.state
@@ -344,7 +353,7 @@ class Tracker:
             hypothesis.track.accept(problem, fit)
             hypothesis.track.before = hypothesis.track.state
             hypothesis.mean_cost, hypothesis.fit = fit.cost, fit
-            hypothesis.gap = hypothesis.track.key_gap(problem.keys, hypothesis.track.state)
+            hypothesis.gap = self._gap(hypothesis.track)
             if fit.cost < self.config.accept_cost + self._benefit(hypothesis):
                 found.append(hypothesis)
         return sorted(found, key=self._rank)
@@ -354,20 +363,36 @@ class Tracker:
         seen = self._watch.hand or self._watch.elsewhere
         if seen is None:
             return []
-        hands = {
-            side: (self._hands[side], shaped_hand(side, self._hands[side].shape)) for side in sides
-        }
-        config = self.config.key_points
-        if self.shape.sized:
-            spread = _KNOWN_SIZE if self.shape.frames else config.size
-            config = replace(config, usual_size=1.0, size=spread)
-        starts = starts_from_key_points(seen, frame, hands, config)
+        starts = starts_from_key_points(seen, frame, self._sized_hands(sides), self._sizing())
         if starts:
             mask = hand_mask(frame.depth, seen.pixels, starts[0].depth)
             self._around.appearance.learn(HAND, color_bins(frame.color[mask]))
-            if self.shape.resize(starts[0].size):
+            if self.shape.note_size(starts[0].size):
                 self._reshape()
         return starts
+
+    def _sized_hands(self, sides: tuple[Side, ...]) -> dict[Side, tuple[HandModel, HandArrays]]:
+        """Return the hands to fit to key points: of average size until theirs is known."""
+        shape = self.shape.shape if self.shape.known else AVERAGE
+        return {
+            side: (HandModel.from_shape(side, shape), shaped_hand(side, shape)) for side in sides
+        }
+
+    def _sizing(self) -> KeyPointConfig:
+        """Return how freely the size of those hands is fitted."""
+        config = self.config.key_points
+        return replace(config, usual_size=1.0, size=_KNOWN_SIZE) if self.shape.known else config
+
+    def _note_size(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
+        """Let the key points of a young hand speak for its size."""
+        seen = self._watch.hand
+        if seen is None or self.shape.known or not self._benefit(hypothesis):
+            return
+        hands = self._sized_hands((hypothesis.track.hand.side,))
+        for start in starts_from_key_points(seen, frame, hands, self._sizing()):
+            if self.shape.note_size(start.size):
+                self._reshape()
+                hypothesis.track.set_hand(self._hands[hypothesis.track.hand.side])
 
     def _found_hypotheses(self, frame: RgbdFrame) -> tuple[list[Hypothesis], bool]:
         """Return what depth and colour alone say, and whether anything looks like a hand."""
@@ -384,9 +409,11 @@ class Tracker:
             best.setdefault(candidate.side, candidate)
         for side, candidate in best.items():
             cost = candidate.cost - (self.config.side_bias if side == self._side else 0.0)
-            if candidate.cost < limit and cost < found[0].cost + _WORTH_A_TRIAL:
-                state = self._still_life.track.state.replaced([], candidate.state)
-                hypotheses.append(self._hypothesis(side, state, cost))
+            state = self._still_life.track.state.replaced([], candidate.state)
+            hypothesis = self._hypothesis(side, state, cost)
+            astray = _GAP_COST * (hypothesis.gap or 0.0)
+            if candidate.cost + astray < limit and cost < found[0].cost + _WORTH_A_TRIAL:
+                hypotheses.append(hypothesis)
         return hypotheses, True
 
     def _try_others(self, frame: RgbdFrame) -> None:
@@ -431,8 +458,7 @@ class Tracker:
         rival.track.before = rival.track.state
         rival.mean_cost, rival.age = fit.cost, leader.age
         rival.fit, rival.active = fit, leader.active
-        gap = rival.track.key_gap(problem.keys, rival.track.state)
-        rival.gap = gap if gap >= 0.0 else None
+        rival.gap = self._gap(rival.track)
         return rival
 
     def _starts(self, frame: RgbdFrame, sides: tuple[Side, ...]) -> list[HandStart]:
@@ -450,7 +476,14 @@ class Tracker:
         track = SceneTrack(self._hands[side], state, self._around.objects, self._track_config)
         track.cost = cost
         lives = [ObjectLife(life.rest, life.active, life.taken) for life in self._still_life.lives]
-        return Hypothesis(track, lives, cost)
+        return Hypothesis(track, lives, cost, gap=self._gap(track))
+
+    def _gap(self, track: SceneTrack) -> float | None:
+        """Return how far a track's joints lie beside what the networks see [m]; None: nothing."""
+        if self._watch.elsewhere is not None and self._watch.missed >= _MISSED:
+            return _ELSEWHERE
+        gap = track.key_gap(self._keys.get(track.hand.side, NO_KEYS), track.state)
+        return gap if gap >= 0.0 else None
 
     def _result(self, frame: RgbdFrame, visible: bool) -> SceneState:
         assert self._objects is not None
