@@ -45,11 +45,9 @@ _GAP_SMOOTHING = 0.5
 """The same for the distance from the networks' key points, which are steadier."""
 _ELSEWHERE = 0.10
 """Distance that counts where the networks see a hand, but not this one [m]."""
-_AGREED = 1.0
-"""Cost that a hand may have more where the networks see it."""
 _GAP_COST = 8.0
 """Cost of a hand beside its key points [1/m]: 25 mm are worth a fifth of its pixels."""
-_SIDE_COST = 0.2
+_SIDE_COST = 0.3
 """Cost of a side that the networks exclude."""
 _SURE, _SURE_AGE = 0.8, 4
 """Probability of the other side, and frames since a hand is seen, from which a side is doubted."""
@@ -255,11 +253,10 @@ class Tracker:
 
     def _alive(self, hypothesis: Hypothesis) -> bool:
         """Return whether a hypothesis still follows a hand; keep its objects if it does not."""
-        lost = hypothesis.mean_cost > self.config.lost_cost + self._benefit(hypothesis)
         unseen = self._watch.ever and self._watch.missed >= _MISSED
-        lost |= unseen and hypothesis.mean_cost > self.config.good_cost
-        thin = hypothesis.thin >= 3 and self._benefit(hypothesis) == 0.0
-        if not thin and not lost:
+        limit = self.config.good_cost if unseen else self.config.lost_cost
+        poor = hypothesis.thin >= 3 or hypothesis.mean_cost > limit
+        if not poor or self._supported(hypothesis):
             return True
         if hypothesis is self._hypotheses[0]:
             state = hypothesis.track.state
@@ -270,14 +267,14 @@ class Tracker:
             self._still_life.lives = hypothesis.lives
         return False
 
-    def _benefit(self, hypothesis: Hypothesis) -> float:
-        """Return the cost that a hand may have more because the networks see it there, too.
+    def _supported(self, hypothesis: Hypothesis) -> bool:
+        """Return whether the networks see a hand where this one is.
 
-        Pixels of cloth, of white skin or of another hand's are shared out wrongly and cost as much
-        as a hand in the wrong place does.
+        Then its cost says little: pixels of cloth or of white skin, or without depth, are shared
+        out wrongly and cost as much as a hand in the wrong place does.
         """
-        agreed = hypothesis.gap is not None and self._watch.missed < _MISSED
-        return _AGREED if agreed and (hypothesis.gap or 0.0) < self.config.contradiction else 0.0
+        agreed = hypothesis.gap is not None and hypothesis.gap < self.config.contradiction
+        return agreed and self._watch.missed < _MISSED
 
     def _compete(self) -> None:
         """Put the better hypothesis first; end the competition when it is clear."""
@@ -294,7 +291,7 @@ class Tracker:
 
     def _rank(self, hypothesis: Hypothesis) -> float:
         """Return the smoothed cost and what speaks against the hand beside it; least is best."""
-        return hypothesis.mean_cost + self._odd(hypothesis)
+        return min(hypothesis.mean_cost, self.config.lost_cost) + self._odd(hypothesis)
 
     def _odd(self, hypothesis: Hypothesis) -> float:
         """Return the cost of a hand's roll and of where and on which side the networks see it."""
@@ -354,7 +351,7 @@ class Tracker:
             hypothesis.track.before = hypothesis.track.state
             hypothesis.mean_cost, hypothesis.fit = fit.cost, fit
             hypothesis.gap = self._gap(hypothesis.track)
-            if fit.cost < self.config.accept_cost + self._benefit(hypothesis):
+            if fit.cost < self.config.accept_cost or self._supported(hypothesis):
                 found.append(hypothesis)
         return sorted(found, key=self._rank)
 
@@ -386,7 +383,7 @@ class Tracker:
     def _note_size(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
         """Let the key points of a young hand speak for its size."""
         seen = self._watch.hand
-        if seen is None or self.shape.known or not self._benefit(hypothesis):
+        if seen is None or self.shape.known or not self._supported(hypothesis):
             return
         hands = self._sized_hands((hypothesis.track.hand.side,))
         for start in starts_from_key_points(seen, frame, hands, self._sizing()):
@@ -422,7 +419,8 @@ class Tracker:
         for start in self._rival_starts(leader, frame):
             rival = self._rival(leader, start.side, start.state, frame)
             lead = self._odd(leader) - self._odd(rival)
-            if rival.track.cost < self.config.better * leader.track.cost + lead:
+            costs = [min(one.track.cost, self.config.lost_cost) for one in (leader, rival)]
+            if costs[1] < self.config.better * costs[0] + lead:
                 self._hypotheses = [rival]
                 leader = rival
 
