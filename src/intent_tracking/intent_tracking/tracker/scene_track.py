@@ -36,7 +36,7 @@ from intent_tracking.tracker.track_config import TrackConfig
 
 _AGREED = 0.012
 """Distance of joints from their key points up to which a fit is not questioned [m]."""
-_KEY_PIXELS = 20.0
+_KEY_PIXELS = 60.0
 """Pixels that a key point of full weight is worth where fits of one view are compared."""
 
 

@@ -45,6 +45,10 @@ _GAP_SMOOTHING = 0.5
 """The same for the distance from the networks' key points, which are steadier."""
 _ELSEWHERE = 0.10
 """Distance that counts where the networks see a hand, but not this one [m]."""
+_USUAL_COST = 0.25
+"""Cost of a fit beside which key points count as much as their weights say; the more depth leaves
+unexplained, the more they count, by the square and within these factors."""
+_TRUST = 0.05, 4.0
 _GAP_COST = 8.0
 """Cost of a hand beside its key points [1/m]: 25 mm are worth a fifth of its pixels."""
 _SIDE_COST = 0.3
@@ -217,6 +221,8 @@ class Tracker:
         ties = ties_of(hypothesis.lives, active, self.config.life)
         seed = self._frames + 1000 * self.config.seed
         keys = self._keys.get(hypothesis.track.hand.side, NO_KEYS)
+        trust = np.float32(np.clip((hypothesis.mean_cost / _USUAL_COST) ** 2, *_TRUST))
+        keys = keys._replace(weights=keys.weights * trust)
         return hypothesis.track.problem(frame, guess, active, ties, self._around, keys, seed)
 
     def _calibrate(self, hypothesis: Hypothesis, problem: Problem) -> None:
@@ -344,7 +350,7 @@ class Tracker:
         found = []
         for start in self._seen_starts(frame, tuple(self._hands)):
             state = self._still_life.track.state.replaced([], start.state)
-            hypothesis = self._hypothesis(start.side, state, 0.0)
+            hypothesis = self._hypothesis(start.side, state, self.config.lost_cost)
             problem = self._problem(hypothesis, frame, state, ())
             fit = hypothesis.track.tried(problem)
             hypothesis.track.accept(problem, fit)
