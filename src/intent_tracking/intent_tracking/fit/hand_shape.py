@@ -31,7 +31,9 @@ _SCALE_DEVIATION, _THICKNESS_DEVIATION, _BONE_DEVIATION = 0.06, 0.08, 0.03
 """Of the size of grown-up hands, of fingers' thickness and of single bones beside it, as shares."""
 _POINT_DEVIATION = 0.006  # that one observed point stands for [m]
 _FRAME_WEIGHT = 0.3  # share of a frame's information that its neighbours do not hold already
-_SIZES = 12  # sizes of single frames, each good to 4 %, that are enough
+_SIZES = 12  # sizes of single frames that are enough
+_SIZE_DEVIATION = 0.03  # of one of them, as share
+_SIZE_BIAS = 1.03  # hands calibrated on many frames are this much larger, rendered and real ones
 _MEMORY = 0.7
 """Share of what is known that an update keeps: early frames were fitted with a wrong hand."""
 
@@ -86,13 +88,16 @@ class HandShapeEstimate:
     def note_size(self, size: float) -> bool:
         """Take note of a size against the average hand; return whether the shape has changed.
 
-        The median of the first frames' sizes is where the calibration begins.
+        The median of the first frames' sizes, drawn to that of average hands while there are few,
+        is where the calibration begins.
         """
         if self.known:
             return False
         self._sizes.append(size)
         self._start = AVERAGE.copy()
-        self._start[0] = float(np.median(self._sizes))
+        looks = np.sqrt(len(self._sizes))  # neighbouring frames repeat each other's errors
+        share = looks / (looks + (_SIZE_DEVIATION / _SCALE_DEVIATION) ** 2)
+        self._start[0] += share * (_SIZE_BIAS * float(np.median(self._sizes)) - 1.0)
         self._begin(self.side)
         return True
 

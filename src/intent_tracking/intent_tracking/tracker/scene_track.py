@@ -36,6 +36,9 @@ from intent_tracking.tracker.track_config import TrackConfig
 
 _AGREED = 0.012
 """Distance of joints from their key points up to which a fit is not questioned [m]."""
+_BEYOND_DEPTH = 0.35
+"""Cost per hand pixel above which depth images have shown to be no judge of a hand's pose: cloth
+for skin, holes, a forearm cut off. Where they explain the hand the cost stays below."""
 _KEY_PIXELS = 60.0
 """Pixels that a key point of full weight is worth where fits of one view are compared."""
 
@@ -123,8 +126,9 @@ class SceneTrack:
             size = config.pso_particles, config.pso_generations
             return self._refined(self._swarmed(start, problem, size, True, rng), problem, prior, 0)
         best = self._descended(start, problem, prior, seed)
-        if 0.0 <= self.key_gap(problem.keys, best.state) < _AGREED:
-            return best  # seen there by the networks as well
+        agreed = 0.0 <= self.key_gap(problem.keys, best.state) < _AGREED
+        if agreed and best.cost > _BEYOND_DEPTH:
+            return best  # seen there by the networks as well, and depth tells no better
         if best.cost > config.swarm_cost:  # the motion may have turned back
             stayed = self.state.chosen(list(problem.active))
             other = self._descended(stayed, problem, prior, seed + 3)
