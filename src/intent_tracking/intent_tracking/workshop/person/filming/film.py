@@ -186,11 +186,14 @@ def person_pieces(script: Script, f: int, skin: Skin, scene: Set) -> list[Piece]
     clothes, shoulder = scene.clothes, script.shoulders[f]
     pieces += look.bare_arm(script.hands[f], script.elbows[f], shoulder, skin.hand.thickness)
     swap = np.array([-1.0, 1.0, 1.0])
+    cuff, bend = script.hands[f, :3, 3], script.elbows[f]
+    if look.bare:
+        cuff, bend = bend + 0.35 * (shoulder - bend), bend + 0.6 * (shoulder - bend)
     other = shoulder * swap
     elbow = other + np.array([0.06 * np.sign(other[0]), 0.0, -0.29])
     lap = np.array([0.55 * other[0], script.edge + 0.06, -0.15])
     sleeves = [
-        clothes.sleeve(script.hands[f, :3, 3], script.elbows[f], shoulder),
+        clothes.sleeve(cuff, bend, shoulder),
         clothes.chest(shoulder, script.edge),
     ]
     if scene.arm_in_lap:
