@@ -1,4 +1,4 @@
-"""Who else is there: the other hand of the same person, a bystander, a board that hides the hand."""
+"""Who else is there: the other hand of the same person, a bystander, a board held before it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -40,8 +40,7 @@ class RestingHand:
         """Return hand and arm in frame `f`."""
         shift = self.sway[f % len(self.sway)]
         return [
-            Piece(Mesh(p.mesh.vertices + shift, p.mesh.faces), p.color, p.grain)
-            for p in self.still
+            Piece(Mesh(p.mesh.vertices + shift, p.mesh.faces), p.color, p.grain) for p in self.still
         ]
 
 
@@ -134,8 +133,10 @@ def passing_board(
     away = 0.5 * camera.width / camera.fx * depth + size[0]
     frame = np.arange(len(hands))
     outside = np.maximum(span[0] - frame, frame - span[1] + 1)
-    centers = between + (
-        rng.choice([-1.0, 1.0]) * np.clip(outside, 0, 6)[:, None] / 5.0 * away
-    ) * T_table_camera[:3, 0]
+    centers = (
+        between
+        + (rng.choice([-1.0, 1.0]) * np.clip(outside, 0, 6)[:, None] / 5.0 * away)
+        * T_table_camera[:3, 0]
+    )
     centers[outside > 5] = np.nan
     return PassingBoard(centers, T_table_camera[:3, :3], size, rng.uniform(0.1, 0.8, 3))

@@ -23,9 +23,7 @@ _APART = 0.17
 _TRIES = 40
 
 
-def second_hand(
-    script: Script, skin: Skin, scene: Set, rng: np.random.Generator
-) -> RestingHand:
+def second_hand(script: Script, skin: Skin, scene: Set, rng: np.random.Generator) -> RestingHand:
     """Return the demonstrator's other hand at rest on the table."""
     assert scene.look is not None
     outwards = 1.0 if skin.hand.side == "right" else -1.0
@@ -76,11 +74,15 @@ def _on_table(scene: Set, rng: np.random.Generator) -> Array | None:
     v = rng.uniform(0.1, 0.9) * camera.height
     if rng.random() < 0.4:
         u, v = v * camera.width / camera.height, u * camera.height / camera.width
-    ray = scene.T_table_camera[:3, :3] @ [(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1]
+    ray = scene.T_table_camera[:3, :3] @ [
+        (u - camera.cx) / camera.fx,
+        (v - camera.cy) / camera.fy,
+        1,
+    ]
     if ray[2] > -1e-3:
         return None
     point = scene.T_table_camera[:3, 3] - ray * scene.T_table_camera[2, 3] / ray[2]
-    near = abs(point[0]) < 0.6 and -0.7 < point[1]
+    near = abs(point[0]) < 0.6 and point[1] > -0.7
     return np.asarray(point[:2]) if near else None
 
 

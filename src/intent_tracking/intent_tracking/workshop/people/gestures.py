@@ -73,7 +73,9 @@ def _hover(body: PersonBody, rng: np.random.Generator) -> Array:
         palm = rotation_from_vector(ahead * rng.uniform(-0.6, 1.9)) @ [0.0, 0.0, -1.0]
         palm -= ahead * (palm @ ahead)
         palm /= np.linalg.norm(palm)
-        place = np.array([rng.uniform(-0.16, 0.08), rng.uniform(0.06, 0.16), rng.uniform(0.09, 0.2)])
+        place = np.array(
+            [rng.uniform(-0.16, 0.08), rng.uniform(0.06, 0.16), rng.uniform(0.09, 0.2)]
+        )
         pose = make_pose(np.stack([ahead, np.cross(palm, ahead), palm], axis=1), place)
         awkward = body.awkwardness(pose)
         if awkward < least:

@@ -99,15 +99,15 @@ def people_film(seed: int, number: int) -> PeopleFilm:
     """Return film `number` of a seed.
 
     Raises:
-        ValueError: if nobody of eight people can take the object.
+        ValueError: if the person can take none of twenty objects.
     """
     chosen = cast(seed, number)
-    for attempt in range(8):
+    skin = _skin(chosen, np.random.default_rng([seed, number, 0]))
+    for attempt in range(20):
         rng = np.random.default_rng([seed, number, 1, attempt])
-        skin = _skin(chosen, rng)
         try:
             script = _script(chosen, skin, rng)
-        except ValueError:  # no comfortable grasp: another person tries
+        except ValueError:  # no comfortable grasp: something else is taken
             continue
         scene = _set(chosen, script, skin, rng)
         shown = gloved(skin) if chosen.dress == "glove" else with_folds(skin)
@@ -142,7 +142,7 @@ def _script(chosen: Cast, skin: Skin, rng: np.random.Generator) -> Script:
     scenario = Scenario("people", (Act(model.name, task),), other, chosen.side, pace=_PACE)
     taker = Taker(skin, graspable(model, 0.003), rng)
     spot = sample_spots(1, rng)[0]
-    reaches = plan_reaches(taker, model, task, body, spot, rng, tries=120, enough=1)
+    reaches = plan_reaches(taker, model, task, body, spot, rng, tries=24, enough=1)
     return enact(scenario, models, body, [taker], [min(reaches, key=preference)], rng)
 
 
@@ -180,7 +180,7 @@ def _clothes(chosen: Cast, look: Look, rng: np.random.Generator) -> Clothes:
 def _seen_from(
     chosen: Cast, script: Script, skin: Skin, scene: Set, rng: np.random.Generator
 ) -> Set:
-    """Return the scene with the first of some viewpoints that sees half of the film, or the best."""
+    """Return the scene from the first of some viewpoints that sees enough, or from the best."""
     best, most = scene, -1.0
     for _ in range(12):
         pose = sample_viewpoint(chosen.placement, script.edge, rng)
@@ -230,9 +230,5 @@ def _company(
         frames = len(script.hands)
         first = int(rng.integers(round(0.45 * frames), round(0.70 * frames)))
         span = first, first + HIDDEN_FRAMES
-        members.append(
-            passing_board(scene.T_table_camera, scene.camera, script.hands, span, rng)
-        )
+        members.append(passing_board(scene.T_table_camera, scene.camera, script.hands, span, rng))
     return Gathering(members)
-
-

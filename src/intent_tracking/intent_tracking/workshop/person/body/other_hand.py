@@ -142,7 +142,9 @@ def _slab(hand: DemonstratorHand, poses: Array, t: float) -> list[Bone]:
         end = b[finger] + [-0.004, 0.0, 0.001]
         rows.append((*_between(start, end), 0.0148 * t, 0.0126 * t, 0.0, 0.95, 0.92))
         knuckle = b[finger] + [-0.004, 0.0, -0.0030]
-        rows.append((*_between(knuckle, knuckle + [0.004, 0, 0]), 0.0098 * t, 0.0092 * t, 0, 1, 1))
+        rows.append(
+            (*_between(knuckle, knuckle + 0.004 * np.eye(3)[0]), 0.0098 * t, 0.0092 * t, 0, 1, 1)
+        )
     tip = poses[1, :3, 3] + 0.92 * hand.bones[0, 0] * poses[1, :3, 0]
     ball = np.array([0.014, -0.006, 0.011])
     rows.append((*_between(ball, 0.35 * ball + 0.65 * tip), 0.0165 * t, 0.0135 * t, -0.10, 0.9, 1))

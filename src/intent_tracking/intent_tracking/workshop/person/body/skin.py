@@ -132,9 +132,7 @@ def _product(a: Array, b: Array) -> Array:
     return np.concatenate([vector, scalar], axis=1)
 
 
-def make_skin(
-    hand: DemonstratorHand, spacing: float = 0.0024, flesh: Flesh | None = None
-) -> Skin:
+def make_skin(hand: DemonstratorHand, spacing: float = 0.0024, flesh: Flesh | None = None) -> Skin:
     """Return the skin of a person's hand.
 
     Args:

@@ -113,7 +113,10 @@ def film(
     T_camera_table = inverse(scene.T_table_camera)
     stamp = 1_000_000_000 * int(rng.integers(1_000, 9_000))
     for f in range(len(script.hands)):
-        pieces = [*person_pieces(script, f, skin, scene), *_things(script.models, script.objects[f])]
+        pieces = [
+            *person_pieces(script, f, skin, scene),
+            *_things(script.models, script.objects[f]),
+        ]
         others = scene.company.pieces(f) if scene.company else []
         everything = [*pieces, *others, *scene.room]
         seen = picture(everything, scene.camera, scene.T_table_camera, scene.light)

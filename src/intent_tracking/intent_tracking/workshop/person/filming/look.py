@@ -19,7 +19,7 @@ _DISPLAY = 1.5
 """Exponent from a display value to the reflectance that `picture` shows as that value."""
 _FLESH = np.array([0.80, 0.55, 0.46])
 """Display RGB of blood under thin skin: palms of all people tend to it."""
-_BLUSH = 0.14
+_BLUSH = 0.24
 
 
 @dataclass(frozen=True, eq=False)
