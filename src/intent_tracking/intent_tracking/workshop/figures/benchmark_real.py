@@ -84,7 +84,7 @@ def camera_figures(recording: Recording | None, truth: dict[str, Array]) -> dict
     count = min(len(found), len(truth["joints_camera"]))
     found, joints = found[:count], truth["joints_camera"][:count]
     known = np.isfinite(joints[:, :, 0])
-    use = frames_that_count(joints, truth["valid"][:count], truth["K"])
+    use = frames_that_count(joints, truth["valid"][:count] > 0, truth["K"])
     tracked = np.isfinite(found[:, 0, 0])
     error = np.full(count, np.inf)
     for f in np.flatnonzero(tracked & known[:, _FIRST_JOINT:].any(axis=1)):
@@ -122,7 +122,7 @@ def frames_that_count(joints: Array, valid: NDArray[np.bool_], matrix: Array) ->
 
 def _pictured(bag: Path, recording: Recording | None, truth: dict[str, Array]) -> list[ColorImage]:
     """Return six moments of one camera with the true and the found hand."""
-    use = np.flatnonzero(frames_that_count(truth["joints_camera"], truth["valid"], truth["K"]))
+    use = np.flatnonzero(frames_that_count(truth["joints_camera"], truth["valid"] > 0, truth["K"]))
     moments = {int(f) for f in use[np.linspace(0, len(use) - 1, _MOMENTS).astype(int)]}
     tiles = []
     for number, frame in enumerate(read_frames(bag)):

@@ -70,10 +70,10 @@ def bystander(script: Script, scene: Set, rng: np.random.Generator) -> RestingHa
 def _on_table(scene: Set, rng: np.random.Generator) -> Array | None:
     """Return a point (2,) of the table that is seen near the border of the image, or None."""
     camera = scene.camera
-    u = rng.choice([rng.uniform(0.08, 0.2), rng.uniform(0.8, 0.92)]) * camera.width
-    v = rng.uniform(0.1, 0.9) * camera.height
-    if rng.random() < 0.4:
-        u, v = v * camera.width / camera.height, u * camera.height / camera.width
+    border = rng.uniform(0.08, 0.20)
+    across, along = border if rng.random() < 0.5 else 1.0 - border, rng.uniform(0.1, 0.9)
+    across, along = (along, across) if rng.random() < 0.4 else (across, along)
+    u, v = across * camera.width, along * camera.height
     ray = scene.T_table_camera[:3, :3] @ [
         (u - camera.cx) / camera.fx,
         (v - camera.cy) / camera.fy,

@@ -61,7 +61,8 @@ def improvise(
 
 
 def _posture(number: int, rng: np.random.Generator) -> Array:
-    return np.clip(_POSTURES[number] + rng.normal(0.0, 0.08, 20), LOWER, UPPER)
+    posture: Array = np.clip(_POSTURES[number] + rng.normal(0.0, 0.08, 20), LOWER, UPPER)
+    return posture
 
 
 def _hover(body: PersonBody, rng: np.random.Generator) -> Array:

@@ -62,6 +62,10 @@ _ACTS = (("bottle", "pouring"), ("bottle", "hand-over"), ("glass", "pouring"), (
          ("mug", "hand-over"), ("hammer", "tool-use"), ("knife", "tool-use"),
          ("screwdriver", "hand-over"))  # fmt: skip
 
+_GLOVES = np.array([[0.05, 0.10, 0.35], [0.75, 0.75, 0.72], [0.03, 0.03, 0.03],
+                    [0.12, 0.30, 0.55], [0.60, 0.45, 0.10]])  # fmt: skip
+"""RGB of gloves."""
+
 
 @dataclass(frozen=True, eq=False)
 class PeopleFilm:
@@ -160,8 +164,7 @@ def _set(chosen: Cast, script: Script, skin: Skin, rng: np.random.Generator) -> 
 
 
 def _look(chosen: Cast, skin: Skin, rng: np.random.Generator) -> Look:
-    glove = rng.choice([[0.05, 0.10, 0.35], [0.75, 0.75, 0.72], [0.03, 0.03, 0.03],
-                        [0.12, 0.30, 0.55], [0.60, 0.45, 0.10]])  # fmt: skip
+    glove = _GLOVES[rng.integers(len(_GLOVES))]
     palette = (*skin_palette(int(chosen.tone), rng), glove)
     things = WORN[chosen.dress](skin.hand, rng) if chosen.dress in WORN else ()
     bare = chosen.dress == "bare arm" or (chosen.dress in WORN and rng.random() < 0.5)

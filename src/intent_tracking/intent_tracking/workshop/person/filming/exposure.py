@@ -8,7 +8,7 @@ from intent_perception.basics.arrays import Array
 from intent_tracking.workshop.person.filming.picture import Light, sample_light
 
 EXPOSURES = ("even", "over", "under", "warm", "cold")
-_TINTS = {"warm": np.array([1.16, 0.98, 0.72]), "cold": np.array([0.86, 0.99, 1.16])}
+_TINTS = {"warm": np.array([1.16, 0.98, 0.72]), "cold": np.array([0.90, 1.00, 1.12])}
 _LAMP_AND_ROOM = 1.05
 """About what lamp and room send to a surface that faces both."""
 

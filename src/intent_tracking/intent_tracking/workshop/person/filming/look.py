@@ -19,7 +19,7 @@ _DISPLAY = 1.5
 """Exponent from a display value to the reflectance that `picture` shows as that value."""
 _FLESH = np.array([0.80, 0.55, 0.46])
 """Display RGB of blood under thin skin: palms of all people tend to it."""
-_BLUSH = 0.24
+_BLUSH = 0.30
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def skin_palette(tone: int, rng: np.random.Generator) -> tuple[Array, ...]:
 def watch(hand: DemonstratorHand, rng: np.random.Generator) -> tuple[Worn, ...]:
     """Return a watch: a strap behind the wrist and a dial on the back of the arm."""
     strap = np.full(3, 0.03) if rng.random() < 0.6 else rng.uniform(0.1, 0.5, 3)
-    dial = np.full(3, rng.choice([0.02, 0.75, 0.9]))
+    dial = np.full(3, float(rng.choice([0.02, 0.75, 0.9])))
     x, t = rng.uniform(-0.050, -0.036), hand.thickness
     height, width = 0.0210 * t, 0.0345 * t
     ends = np.array([[x - 0.011, 0, 0.0025], [x, 0, 0.0025], [x + 0.011, 0, 0.0025]])

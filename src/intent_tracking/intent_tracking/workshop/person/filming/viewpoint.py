@@ -42,7 +42,8 @@ def sample_viewpoint(placement: str, edge: float, rng: np.random.Generator) -> A
         return look_at(eye, target * [1.0, 1.0, 0.3], np.array([0.0, -1.0, 0.6]))
     distance = rng.uniform(NEAREST, FARTHEST)
     pose = look_at(target + distance * _direction(placement, rng), target, _upward(placement, rng))
-    turn = {"rolled": rng.choice([-90.0, 90.0]), "upside down": 180.0}.get(placement, 0.0)
+    quarter = 90.0 if rng.random() < 0.5 else -90.0
+    turn = {"rolled": quarter, "upside down": 180.0}.get(placement, 0.0)
     return rolled(pose, np.radians(turn + rng.uniform(-6.0, 6.0)))
 
 
