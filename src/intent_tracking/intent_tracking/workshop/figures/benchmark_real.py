@@ -90,12 +90,13 @@ def camera_figures(recording: Recording | None, truth: dict[str, Array]) -> dict
     for f in np.flatnonzero(tracked & known[:, _FIRST_JOINT:].any(axis=1)):
         offset = np.linalg.norm(found[f] - joints[f], axis=1)[_FIRST_JOINT:]
         error[f] = offset[known[f, _FIRST_JOINT:]].mean()
-    side = recording.arrays["hand_side"] == _SIDE  # what `track` writes: one side per recording
+    sides = np.asarray(recording.arrays["hand_side"])  # as `track` writes it: one, or one per frame
+    right = np.broadcast_to(sides, len(recording.joints_camera))[:count] == _SIDE
     return {
         "tracked": float(tracked[use].mean()),
         "under_30mm": float((error[use] < NEAR).mean()),
         "mean_mm_capped_200": 1e3 * float(np.minimum(error[use], CAP).mean()),
-        "side_right": float(side) if tracked[use].any() else 0.0,
+        "side_right": float(right[use & tracked].mean()) if tracked[use].any() else 0.0,
         "cpu_ms": 1e3 * float(recording.seconds.mean()),
         "cpu_ms_p95": 1e3 * float(np.percentile(recording.seconds, 95)),
         "frames": int(use.sum()),
