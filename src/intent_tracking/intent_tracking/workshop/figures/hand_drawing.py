@@ -16,15 +16,14 @@ TRUE_COLOR, FOUND_COLOR = (60, 210, 60), (250, 60, 40)
 def with_skeleton(
     image: ColorImage, joints_camera: Array, camera: Camera, color: tuple[int, int, int]
 ) -> ColorImage:
-    """Return the image with a hand of 21 joints (21, 3) [m] drawn in; NaN leaves it as it is."""
+    """Return the image with a hand of 21 joints (21, 3) [m] drawn in; NaN joints are left out."""
     drawn = image.copy()
-    if not np.all(np.isfinite(joints_camera)) or np.any(joints_camera[:, 2] < 0.05):
-        return drawn
-    pixels = np.rint(camera.project(joints_camera)).astype(np.int32)
-    pixels = np.clip(pixels, -2000, 4000)
     for finger in range(5):
-        chain = pixels[[0, *range(1 + 4 * finger, 5 + 4 * finger)]]
-        cv2.polylines(drawn, [chain], False, color, 2, cv2.LINE_AA)
+        chain = joints_camera[[0, *range(1 + 4 * finger, 5 + 4 * finger)]]
+        chain = chain[np.isfinite(chain[:, 0]) & (chain[:, 2] > 0.05)]
+        if len(chain):
+            line = np.clip(np.rint(camera.project(chain)), -2000, 4000).astype(np.int32)
+            cv2.polylines(drawn, [line], False, color, 2, cv2.LINE_AA)
     return drawn
 
 

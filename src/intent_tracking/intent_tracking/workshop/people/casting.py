@@ -61,4 +61,6 @@ def cast(seed: int, number: int) -> Cast:
         turn, place = divmod(number, len(values))
         order = np.random.default_rng([seed, 11, row, turn]).permutation(len(values))
         chosen[name] = values[order[place]]
+    if chosen["exposure"] == "over" and chosen["cover"] == "plain":
+        chosen["cover"] = "black cloth"  # what makes cameras over-expose hands
     return Cast(**chosen)
