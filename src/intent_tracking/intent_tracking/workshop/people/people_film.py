@@ -33,7 +33,7 @@ from intent_tracking.workshop.person.body.felt_solid import graspable
 from intent_tracking.workshop.person.body.other_hand import OtherFlesh, sample_other_hand
 from intent_tracking.workshop.person.body.person_hand import sample_hand
 from intent_tracking.workshop.person.body.skin import Skin, make_skin
-from intent_tracking.workshop.person.filming.cover import covered
+from intent_tracking.workshop.person.filming.cover import covered, walled
 from intent_tracking.workshop.person.filming.exposure import sample_exposure
 from intent_tracking.workshop.person.filming.film import (
     CAMERA,
@@ -155,6 +155,7 @@ def _set(chosen: Cast, script: Script, skin: Skin, rng: np.random.Generator) -> 
     look = _look(chosen, skin, rng)
     back = look.palette[0]
     room = covered(tuple(sample_room(rng, script.edge)), chosen.cover, back, rng)
+    room = walled(room, rng)
     scene = Set(
         np.eye(4), room, sample_exposure(chosen.exposure, back, rng), _clothes(chosen, look, rng),
         back, look, _SENSORS[chosen.sensor][0], arm_in_lap=chosen.company != "second hand",

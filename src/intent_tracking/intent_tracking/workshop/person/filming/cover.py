@@ -4,7 +4,7 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
-from intent_tracking.workshop.person.filming.room import Piece
+from intent_tracking.workshop.person.filming.room import Piece, block
 
 COVERS = ("plain", "wood", "red", "black cloth", "skin-coloured")
 _GRAIN = {"wood": 0.7, "red": 0.15, "black cloth": 0.25, "skin-coloured": 0.2}
@@ -40,6 +40,18 @@ def covered(room: tuple[Piece, ...], kind: str, skin: Array, rng: np.random.Gene
     cloth = Piece(_cloth(room[0].mesh, rng), color, _GRAIN[kind])
     hung = Piece(room[2].mesh, 1.3 * color, _GRAIN[kind])
     return cloth, room[1], hung, *room[3:]
+
+
+def walled(room: tuple[Piece, ...], rng: np.random.Generator) -> tuple[Piece, ...]:
+    """Return a room with walls on the other three sides too: some cameras look there."""
+    sides = ((-1.0, 0.0), (1.0, 0.0), (0.0, -1.0))
+    walls = []
+    for x, y in sides:
+        away = rng.uniform(2.0, 2.8)
+        size = np.array([0.05 if x else 9.0, 9.0 if x else 0.05, 3.5])
+        color = rng.uniform(0.35, 0.75) + rng.uniform(-0.05, 0.05, 3)
+        walls.append(Piece(block(np.array([x * away, y * away, 0.5]), size), color, 0.1))
+    return *room, *walls
 
 
 def _cloth(table: Mesh, rng: np.random.Generator, depth: float = 0.007) -> Mesh:

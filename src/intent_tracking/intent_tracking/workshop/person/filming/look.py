@@ -19,7 +19,8 @@ _DISPLAY = 1.5
 """Exponent from a display value to the reflectance that `picture` shows as that value."""
 _FLESH = np.array([0.80, 0.55, 0.46])
 """Display RGB of blood under thin skin: palms of all people tend to it."""
-_BLUSH = 0.30
+_BLUSH = (0.30, 0.60)
+"""Share of blood in the colour, from person to person."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,8 @@ def skin_palette(tone: int, rng: np.random.Generator) -> tuple[Array, ...]:
     """
     back = monk_display(tone) * (1.0 + rng.uniform(-0.03, 0.03, 3))
     glow = _FLESH * back.mean() / _FLESH.mean()
-    back = (1.0 - _BLUSH) * back + _BLUSH * np.clip(glow, 0.0, 1.0)
+    blush = rng.uniform(*_BLUSH)
+    back = (1.0 - blush) * back + blush * np.clip(glow, 0.0, 1.0)
     pale = rng.uniform(0.30, 0.50) if back.mean() < 0.55 else rng.uniform(0.08, 0.22)
     palm = (1.0 - pale) * back + pale * _FLESH
     nail = 0.70 * palm + 0.30 * np.array([0.88, 0.70, 0.66])
