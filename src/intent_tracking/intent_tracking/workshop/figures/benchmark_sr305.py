@@ -46,7 +46,7 @@ def data_folder() -> Path:
     return Path(os.environ.get("INTENT_DATA", "../shared/data")) / "hands" / "sr305_gestures"
 
 
-def real_figures(seed: int, picture: Path | None) -> dict[str, Any] | None:
+def sr305_figures(seed: int, picture: Path | None) -> dict[str, Any] | None:
     """Return how many frames started and how well they fit; None where the data is absent.
 
     Args:

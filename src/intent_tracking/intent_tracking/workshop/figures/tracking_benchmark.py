@@ -1,7 +1,7 @@
 """Command: the tracker's figures as JSON.
 
 python -m intent_tracking.benchmark [--part NAME] [--seed S] [--quick] [--bags DIR]
-    [--picture F.png] [--json FILE|-]
+    [--films N] [--picture F.png] [--json FILE|-]
 """
 
 import argparse
@@ -19,11 +19,13 @@ from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.workshop.figures.benchmark_bags import BagErrors, bag_errors, bags_with_truth
 from intent_tracking.workshop.figures.benchmark_motions import motion_figures
 from intent_tracking.workshop.figures.benchmark_numbers import milliseconds_by_objects
+from intent_tracking.workshop.figures.benchmark_people import FILMS, people_figures
+from intent_tracking.workshop.figures.benchmark_real import real_figures, real_folder
 from intent_tracking.workshop.figures.benchmark_speed import (
     evaluations_per_second,
     parallel_speedup,
 )
-from intent_tracking.workshop.figures.benchmark_sr305 import real_figures
+from intent_tracking.workshop.figures.benchmark_sr305 import sr305_figures
 from intent_tracking.workshop.figures.benchmark_views import (
     VIEWS,
     ViewErrors,
@@ -41,6 +43,16 @@ class Scope:
     quick: bool
     bags: Path
     picture: Path | None
+    films: int | None = None
+    """Number of films of people, None = all."""
+    alone: bool = False
+    """Whether only one part is measured."""
+
+    def picture_of(self, part: str) -> Path | None:
+        """Return the file for a part's picture, None: none is wanted."""
+        if self.picture is None or self.alone:
+            return self.picture
+        return self.picture.with_stem(f"{self.picture.stem}_{part}")
 
     @property
     def seeds(self) -> list[int]:
@@ -124,9 +136,21 @@ def dexycb(scope: Scope) -> dict[str, Any]:
     return {"dexycb": motion_figures(scope.seed, 3 if scope.quick else 30)}
 
 
-def real(scope: Scope) -> dict[str, Any]:
+def sr305(scope: Scope) -> dict[str, Any]:
     """Return how the tracker starts on real depth frames; null without the data."""
-    return {"real": real_figures(scope.seed, scope.picture)}
+    return {"sr305": sr305_figures(scope.seed, scope.picture_of("sr305"))}
+
+
+def real(scope: Scope) -> dict[str, Any]:
+    """Return errors on recordings of real hands; null without the data."""
+    config = TrackerConfig(seed=scope.seed)
+    return {"real": real_figures(real_folder(), config, scope.picture_of("real"))}
+
+
+def people(scope: Scope) -> dict[str, Any]:
+    """Return errors on films of people of all kinds."""
+    films = scope.films or (6 if scope.quick else FILMS)
+    return {"people": people_figures(scope.seed, films, scope.picture_of("people"))}
 
 
 def recoveries(scope: Scope) -> dict[str, Any]:
@@ -200,7 +224,9 @@ PARTS: dict[str, Callable[[Scope], dict[str, Any]]] = {
     "views": views,
     "bags": bags,
     "dexycb": dexycb,
+    "people": people,
     "real": real,
+    "sr305": sr305,
     "recovery": recoveries,
     "objects": objects,
     "speed": speed,
@@ -216,7 +242,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="from 1000 on: for reports")
     parser.add_argument("--quick", action="store_true", help="fewer seeds, frames and bags")
     parser.add_argument("--bags", type=Path, default=Path("bags"))
-    parser.add_argument("--picture", type=Path, help="PNG that shows the fits of the part real")
+    parser.add_argument("--picture", type=Path, help="PNG of the parts people, real, sr305")
+    parser.add_argument("--films", type=int, help="films of the part people")
     parser.add_argument("--json", default="-", help="file, or - for standard output")
     options = parser.parse_args(arguments)
     began = time.perf_counter()
@@ -224,7 +251,10 @@ def main(arguments: list[str] | None = None) -> int:
         "machine": machine(),
         "seed": options.seed,
     }
-    scope = Scope(options.seed, options.quick, options.bags, options.picture)
+    scope = Scope(
+        options.seed, options.quick, options.bags, options.picture, options.films,
+        options.part is not None,
+    )  # fmt: skip
     for name in [options.part] if options.part else PARTS:
         figures.update(PARTS[name](scope))
     figures["seconds"] = time.perf_counter() - began

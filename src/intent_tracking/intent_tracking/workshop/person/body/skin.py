@@ -7,6 +7,7 @@ vertex with the links near it (Kavan et al. 2008), which keeps the volume at a b
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +34,21 @@ REST = np.radians([15, -15, 5, 5] + [0, 4, 4, 4] * 4).astype(float)
 REST[[4, 8, 12, 16]] = np.radians([9.0, 2.0, -6.0, -13.0])
 """(20,) posture in which the skin is modelled: no two fingers touch [rad]."""
 
-SKIN, PALMAR, NAIL = 0, 1, 2
-"""Tones of the skin: back of the hand, palm side, nails."""
+SKIN, PALMAR, NAIL, CREASE, GLOVE = range(5)
+"""Tones of the skin: back of the hand, palm side, nails, folds over the joints; and cloth."""
+
+
+class Flesh(Protocol):
+    """The shape of one hand in the rest pose."""
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return two corners (3,) of a box around it [m]."""
+
+    def field(self, points: Array) -> Array:
+        """Return the signed distance to the skin, (N,) [m]."""
+
+    def link_distances(self, points: Array) -> Array:
+        """Return the distance to the flesh of each link, (N, 17) [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,9 +132,15 @@ def _product(a: Array, b: Array) -> Array:
     return np.concatenate([vector, scalar], axis=1)
 
 
-def make_skin(hand: DemonstratorHand, spacing: float = 0.0024) -> Skin:
-    """Return the skin of a person's hand, meshed with grid cells of `spacing` [m]."""
-    flesh = _Flesh(hand)
+def make_skin(hand: DemonstratorHand, spacing: float = 0.0024, flesh: Flesh | None = None) -> Skin:
+    """Return the skin of a person's hand.
+
+    Args:
+        hand: the bones.
+        spacing: edge of the grid cells of the mesh [m].
+        flesh: the shape around the bones, None = blended round cones.
+    """
+    flesh = flesh or _Flesh(hand)
     lower, upper = flesh.bounds()
     mesh = surface_mesh(flesh.field, lower, upper, spacing)
     weights = _smoothed(mesh, _weights(flesh.link_distances(mesh.vertices)))

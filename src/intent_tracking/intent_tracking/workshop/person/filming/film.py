@@ -6,6 +6,7 @@ nothing here may be imported by the tracker.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from intent_perception.objects.database import ObjectModel
 from intent_perception.workshop.scenes.sensor_noise import KinectNoise, observe
 from intent_tracking.workshop.person.acting.script import Script
 from intent_tracking.workshop.person.body.skin import Skin
+from intent_tracking.workshop.person.filming.look import Look, plain_look
 from intent_tracking.workshop.person.filming.picture import Light, LitPicture, picture, sample_light
 from intent_tracking.workshop.person.filming.room import Clothes, Piece, sample_clothes, sample_room
 
@@ -31,6 +33,13 @@ NEAR_MODE = KinectNoise(farthest=3.0)
 _HIDDEN = 0.04
 
 
+class Company(Protocol):
+    """Whoever else is there: a hand at rest, a bystander, something held before the camera."""
+
+    def pieces(self, f: int) -> list[Piece]:
+        """Return what is seen of it in frame `f`, table frame."""
+
+
 @dataclass(frozen=True, eq=False)
 class Set:
     """Where a demonstration is filmed: room, light, clothes, skin colour and camera."""
@@ -41,6 +50,13 @@ class Set:
     clothes: Clothes
     complexion: Array
     """(3,) RGB of the back of the hand in 0..1."""
+    look: Look | None = None
+    """Skin, glove, watch, ring, bare arm; None = a bare hand of that colour."""
+    camera: Camera = CAMERA
+    company: Company | None = None
+    """Others who move about, frame by frame."""
+    arm_in_lap: bool = True
+    """Whether the demonstrator's other arm hangs down."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +70,8 @@ class Shot:
     """(N, 4, 4)."""
     hand_in_view: bool
     """See `in_view`."""
+    hand_whole: bool
+    """See `wholly_in_view`."""
     visible: NDArray[np.int64]
     """(N,) pixels of each object."""
 
@@ -95,18 +113,24 @@ def film(
     T_camera_table = inverse(scene.T_table_camera)
     stamp = 1_000_000_000 * int(rng.integers(1_000, 9_000))
     for f in range(len(script.hands)):
-        pieces = [*_person(script, f, skin, scene), *_things(script.models, script.objects[f])]
-        seen = picture([*pieces, *scene.room], CAMERA, scene.T_table_camera, scene.light)
+        pieces = [
+            *person_pieces(script, f, skin, scene),
+            *_things(script.models, script.objects[f]),
+        ]
+        others = scene.company.pieces(f) if scene.company else []
+        everything = [*pieces, *others, *scene.room]
+        seen = picture(everything, scene.camera, scene.T_table_camera, scene.light)
         joints = transform_points(script.hands[f], skin.hand.joint_positions(script.angles[f]))
         joints = transform_points(T_camera_table, joints)
         first = len(pieces) - len(script.models)
         counts = np.bincount(seen.label.ravel() + 1, minlength=len(pieces) + 1)[1:]
-        depth, color = observe(seen.depth, seen.color, rng, noise or NEAR_MODE, CAMERA.fx)
+        depth, color = observe(seen.depth, seen.color, rng, noise or NEAR_MODE, scene.camera.fx)
         yield Shot(
-            RgbdFrame(stamp + f * PERIOD, color, depth, CAMERA),
+            RgbdFrame(stamp + f * PERIOD, color, depth, scene.camera),
             joints,
             T_camera_table @ script.objects[f],
-            in_view(joints, seen.depth),
+            in_view(joints, seen.depth, scene.camera),
+            wholly_in_view(joints, seen.depth, scene.camera),
             counts[first : len(pieces)].astype(np.int64),
         )
 
@@ -150,25 +174,33 @@ def _handle_hidden(model: ObjectModel, T_camera_object: Array) -> bool:
     return bool(out @ away > 0.6 * np.linalg.norm(out) * np.linalg.norm(away))
 
 
-def _person(script: Script, f: int, skin: Skin, scene: Set) -> list[Piece]:
-    """Return the hand in its tones, both sleeves and the chest."""
+def person_pieces(script: Script, f: int, skin: Skin, scene: Set) -> list[Piece]:
+    """Return the hand in its tones with what it wears, both sleeves and the chest."""
+    look = scene.look or plain_look(scene.complexion)
     vertices = transform_points(script.hands[f], skin.posed(script.angles[f], script.wrists[f]))
-    tones = (scene.complexion, 0.97 * scene.complexion + 0.03, 0.75 * scene.complexion + 0.22)
     faces = skin.faces()
     pieces = [
         Piece(Mesh(vertices, np.ascontiguousarray(faces[skin.tones == tone])), color, 0.05)
-        for tone, color in enumerate(tones)
+        for tone, color in enumerate(look.palette)
+        if np.any(skin.tones == tone)
     ]
+    links = script.hands[f], skin.hand, script.angles[f], script.wrists[f]
+    pieces += look.worn(*links)
     clothes, shoulder = scene.clothes, script.shoulders[f]
+    pieces += look.bare_arm(script.hands[f], script.elbows[f], shoulder, skin.hand.thickness)
     swap = np.array([-1.0, 1.0, 1.0])
+    cuff, bend = script.hands[f, :3, 3], script.elbows[f]
+    if look.bare:
+        cuff, bend = bend + 0.35 * (shoulder - bend), bend + 0.6 * (shoulder - bend)
     other = shoulder * swap
     elbow = other + np.array([0.06 * np.sign(other[0]), 0.0, -0.29])
     lap = np.array([0.55 * other[0], script.edge + 0.06, -0.15])
-    sleeves = (
-        clothes.sleeve(script.hands[f, :3, 3], script.elbows[f], shoulder),
-        clothes.sleeve(lap, elbow, other),
+    sleeves = [
+        clothes.sleeve(cuff, bend, shoulder),
         clothes.chest(shoulder, script.edge),
-    )
+    ]
+    if scene.arm_in_lap:
+        sleeves.insert(1, clothes.sleeve(lap, elbow, other))
     return pieces + [Piece(mesh, clothes.color, 0.12) for mesh in sleeves]
 
 
@@ -179,15 +211,33 @@ def _things(models: tuple[ObjectModel, ...], poses: Array) -> list[Piece]:
     ]
 
 
-def in_view(joints: Array, depth: NDArray[np.float32]) -> bool:
+def in_view(joints: Array, depth: NDArray[np.float32], camera: Camera = CAMERA) -> bool:
     """Return whether a third of the joints are in the image with nothing well in front of them.
 
     Args:
         joints: (21, 3) in the camera frame [m].
         depth: (H, W) exact depth of the scene [m].
+        camera: that sees them.
     """
+    return bool(np.sum(_seen(joints, depth, camera)) >= len(joints) / 3.0)
+
+
+def wholly_in_view(joints: Array, depth: NDArray[np.float32], camera: Camera = CAMERA) -> bool:
+    """Return whether all joints (21, 3) are in the image, at most a third of them hidden."""
+    if np.any(joints[:, 2] <= 0.05):
+        return False
+    inside = np.all(camera.project(joints) >= 0.0, axis=1)
+    inside &= np.all(camera.project(joints) <= [camera.width - 1, camera.height - 1], axis=1)
+    return bool(inside.all() and np.mean(_seen(joints, depth, camera)) >= 2.0 / 3.0)
+
+
+def _seen(joints: Array, depth: NDArray[np.float32], camera: Camera) -> NDArray[np.bool_]:
+    """Return which joints (21, 3) are in the image with nothing well in front of them."""
     ahead = joints[joints[:, 2] > 0.05]
-    u, v = np.rint(CAMERA.project(ahead)).astype(int).T
-    inside = (u >= 0) & (u < CAMERA.width) & (v >= 0) & (v < CAMERA.height)
+    u, v = np.rint(camera.project(ahead)).astype(int).T
+    inside = (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
     surface = depth[v[inside], u[inside]]
-    return bool(np.sum(surface > ahead[inside, 2] - _HIDDEN) >= len(joints) / 3.0)
+    seen = np.zeros(len(joints), dtype=bool)
+    rows = np.flatnonzero(joints[:, 2] > 0.05)[inside]
+    seen[rows] = surface > ahead[inside, 2] - _HIDDEN
+    return seen

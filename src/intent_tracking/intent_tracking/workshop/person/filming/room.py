@@ -30,7 +30,10 @@ def block(center: Array, size: Array, yaw: float = 0.0) -> Mesh:
     return Mesh.of(vertices, faces)
 
 
-def tube(path: Array, radii: Array, flat: Array, folds: Array, segments: int = 40) -> Mesh:
+def tube(
+    path: Array, radii: Array, flat: Array, folds: Array, segments: int = 40,
+    across: Array | None = None,
+) -> Mesh:  # fmt: skip
     """Return a closed tube of elliptic rings along a path: a sleeve, a chest.
 
     Args:
@@ -39,10 +42,13 @@ def tube(path: Array, radii: Array, flat: Array, folds: Array, segments: int = 4
         flat: (R,) ratio of the smaller width to the greater one.
         folds: (R, segments) relative change of the radius: creases of the cloth.
         segments: corners of a ring.
+        across: (3,) direction of the greater width at the first ring; None = as it comes.
     """
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     u = np.cross(along, [0.0, 0.0, 1.0] if abs(along[0, 2]) < 0.9 else [0.0, 1.0, 0.0])
+    if across is not None:
+        u[0] = across - along[0] * (across @ along[0])
     for ring_number in range(1, len(path)):  # carried along, so that the tube does not twist
         before = u[ring_number - 1]
         u[ring_number] = before - along[ring_number] * (before @ along[ring_number])

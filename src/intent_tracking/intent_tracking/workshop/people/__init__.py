@@ -1,0 +1,1 @@
+"""Films of people of all kinds: who, how dressed, in which light, seen from where."""
