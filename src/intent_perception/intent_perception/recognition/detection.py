@@ -33,6 +33,12 @@ _SELECTIONS = 3
 _USUAL_MODELS = 6  # in a larger library each pair or point is looked up more often,
 _GROWTH = 0.3  # by this power of its size
 _LEFT = 0.5  # of the pixels that an object must explain, what refinement may leave
+_ENDS_BEFORE = 5.0
+"""Contour pixels on which an object is taken to end before any is looked at. On 80 scenes of seed
+500 neither 0.5 nor the share itself in place of its square changes an answer."""
+_SHARPNESS = 3
+"""How strongly a poor match weakens a rival. On the same scenes 1 gives the same answers, and a
+calibration error of the confidence, which was fitted with 3, of .0129 instead of .0125."""
 _SLOTS = 3  # poses kept of each model in each image cell
 
 
@@ -259,8 +265,8 @@ class Detector:
                 model = int(candidates.models[index])
                 drawing = judge.drawing(model, candidates.poses[index])
                 ends, goes_on = drawing.contour(scene, explained, config.tolerance)
-                ratio = (ends + 5.0) / (ends + goes_on + 5.0)
-                factors[index] = min(factors[index], ratio**2)
+                share = (ends + _ENDS_BEFORE) / (ends + goes_on + _ENDS_BEFORE)
+                factors[index] = min(factors[index], share**2)
             if np.array_equal(before, factors):
                 break
         return chosen
@@ -287,7 +293,8 @@ class Detector:
         if worth < _LEFT * self.config.least_pixels:
             return None
         new, against = gains(evidence.values, evidence.windows, explained)
-        rivals = (new - against) * quality_of(evidence.counts) ** 3 * evidence.factors
+        quality = quality_of(evidence.counts) ** _SHARPNESS
+        rivals = (new - against) * quality * evidence.factors
         rival = float(np.max(rivals, where=models != model, initial=0.0))
         features = features_of(
             drawing,
