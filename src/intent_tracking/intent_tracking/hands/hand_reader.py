@@ -33,7 +33,7 @@ class HandReaderConfig(Checked):
     """Which network finds palms; full takes a fifth longer and finds no more."""
     landmark_network: Literal["lite", "full"] = "lite"
     """Which network reads key points; full takes twice as long."""
-    hands: int = 2
+    hands: int = 3
     """Most hands that are followed, 1..4."""
     least_palm: float = 0.5
     """Score from which a palm is looked at, 0.05..0.99."""
@@ -80,12 +80,15 @@ class HandReader:
         self._searches = 0
         self._next = 0
 
-    def read(self, color: ColorImage, search: bool = False) -> tuple[SeenHand, ...]:
+    def read(
+        self, color: ColorImage, search: bool = False, only: int | None = None
+    ) -> tuple[SeenHand, ...]:
         """Return the hands of the next frame, those known longest first.
 
         Args:
             color: (H, W, 3) RGB of any size.
             search: whether to search palms now, whatever is due.
+            only: number of the only hand to read; the others wait where they were seen last.
 
         Raises:
             ValueError: if the image is no RGB image.
@@ -94,7 +97,7 @@ class HandReader:
             raise ValueError(f"expected colour (H, W, 3) uint8, got {color.shape} {color.dtype}")
         self._frame += 1
         before = len(self._hands)
-        self._follow(color)
+        self._follow(color, only)
         period = self._config.second_period if self._hands else self._config.search_period
         due = self._frame - self._searched >= period or len(self._hands) < before
         if search or (due and len(self._hands) < self._config.hands):
@@ -102,12 +105,15 @@ class HandReader:
                 self._searches = 0  # what was just lost is looked for in the whole image
             self._searched = self._frame
             self._search(color)
-        return self._hands
+        return tuple(hand for hand in self._hands if only in (None, hand.identity))
 
-    def _follow(self, color: ColorImage) -> None:
+    def _follow(self, color: ColorImage, only: int | None) -> None:
         """Read the known hands again; forget what is no hand or another one's."""
         kept: list[SeenHand] = []
         for hand in self._hands:
+            if only not in (None, hand.identity):
+                kept.append(hand)
+                continue
             seen = self._read(color, hand.square)
             if seen is None or any(self._same(seen[1], other) for other in kept):
                 self._lost.append((hand, self._frame))

@@ -1,4 +1,10 @@
-"""The networks' view of the hand that is followed: when they are asked, and which hand it is."""
+"""The networks' view of the hand that is followed: when they are asked, and which hand it is.
+
+A person has two hands, a bystander others. The one that acts is followed: it has moved from where
+it was first seen. Until one has, the one nearest to the objects is looked at.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -7,8 +13,32 @@ from intent_perception.geometry.camera import RgbdFrame
 from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig
 from intent_tracking.hands.seen_hand import SeenHand
 
+MISSED = 2
+"""Looks in a row without the followed hand after which it is taken to be elsewhere or gone."""
 _NEAR = 0.6
 """A seen hand whose middle lies this near to the expected one is it [sides of its square]."""
+_ACTS = 0.35
+"""A hand that has moved this far from its resting place acts [sides of its square, about 25 cm]."""
+_DRIFT = 0.03
+"""Share by which a hand's resting place follows it from look to look: people sway."""
+_PATIENCE = 15
+"""Looks for which a hidden hand that acts is waited for before another one that acts counts."""
+_SEARCH = 4
+"""Looks between searches for others while the hand that is seen does nothing."""
+_GLANCE = 6
+"""Looks between two at all hands while one acts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Expectation:
+    """What the tracker knows before a look."""
+
+    middle: Array | None = None
+    """(2,) middle of the followed palm in the image [pixels]; None: none is followed."""
+    settled: bool = False
+    """Fit and networks agree, so that not every frame must be read."""
+    objects: Array | None = None
+    """(n, 2) where objects are in the image [pixels]."""
 
 
 class HandWatch:
@@ -32,46 +62,81 @@ class HandWatch:
         self.hand: SeenHand | None = None
         """The hand that acts, as seen in this frame; None: none is seen, or nobody looked."""
         self.elsewhere: SeenHand | None = None
-        """A hand that is seen while none is where the followed one should be."""
+        """It, where it is not where the followed hand is expected."""
         self.ever = False
         """Whether they have seen the hand that is followed."""
         self.missed = 0
         """Looks in a row that did not find it."""
         self._identity = -1
-        self._since = 0
+        self._acted: set[int] = set()
+        self._rest: dict[int, Array] = {}
+        self._skipped = self._looks = 0
 
-    def look(self, frame: RgbdFrame, expected: Array | None, settled: bool) -> None:
-        """Look for the hand in the next frame.
-
-        Args:
-            frame: its colour is read.
-            expected: (2,) middle of the followed hand in the image [pixels]; None: any hand.
-            settled: whether fit and networks agree, so that not every frame must be read.
-        """
+    def look(self, frame: RgbdFrame, expectation: Expectation) -> None:
+        """Look for the hand in the next frame."""
         self.hand = self.elsewhere = None
         if self._reader is None:
             return
-        self._since += 1
-        if settled and self._since < self._period:
+        self._skipped += 1
+        if expectation.settled and self._skipped < self._period:
             return
-        self._since = 0
-        hands = self._reader.read(frame.color)
-        self.hand = self._acting(hands, expected)
-        if self.hand is None:
+        self._skipped, self._looks = 0, self._looks + 1
+        hands = self._read(self._reader, frame)
+        for hand in hands:
+            self._note_motion(hand)
+        chosen = self._chosen(hands, expectation)
+        if chosen is None:
             self.missed += 1
-            self.elsewhere = next(iter(hands), None)
             return
-        self.missed, self.ever, self._identity = 0, True, self.hand.identity
+        self._identity = chosen.identity
+        if expectation.middle is None or _apart(chosen, expectation.middle) < _NEAR:
+            self.hand, self.missed, self.ever = chosen, 0, True
+            return
+        self.elsewhere = chosen
+        self.missed += MISSED if chosen.identity in self._acted else 1
 
-    def _acting(self, hands: tuple[SeenHand, ...], expected: Array | None) -> SeenHand | None:
-        """Return the hand that is followed, else the one that may be."""
-        if expected is None:
-            same = [hand for hand in hands if hand.identity == self._identity]
-            return next(iter([*same, *hands]), None)
-        near = [hand for hand in hands if _apart(hand, expected) < _NEAR]
-        return min(near, key=lambda hand: _apart(hand, expected), default=None)
+    def _read(self, reader: HandReader, frame: RgbdFrame) -> tuple[SeenHand, ...]:
+        """Return the hands of a frame; only the one that acts where that will do."""
+        acts = self._identity in self._acted
+        if acts and self.missed == 0 and self._looks % _GLANCE:
+            return reader.read(frame.color, only=self._identity)
+        return reader.read(frame.color, search=not acts and self._looks % _SEARCH == 0)
+
+    def _note_motion(self, hand: SeenHand) -> None:
+        """Take note of whether a hand has left its resting place."""
+        middle = _middle(hand)
+        rest = self._rest.setdefault(hand.identity, middle)
+        if np.linalg.norm(middle - rest) > _ACTS * hand.square.side:
+            self._acted.add(hand.identity)
+        self._rest[hand.identity] = rest + _DRIFT * (middle - rest)
+
+    def _chosen(self, hands: tuple[SeenHand, ...], expectation: Expectation) -> SeenHand | None:
+        """Return the hand to follow; None where it is not seen."""
+        same = [hand for hand in hands if hand.identity == self._identity]
+        if expectation.middle is not None:
+            near = [hand for hand in hands if _apart(hand, expectation.middle) < _NEAR]
+            same = same or near
+        acted = [hand for hand in hands if hand.identity in self._acted]
+        if self._identity in self._acted:
+            if same:
+                self._acted.add(same[0].identity)  # the same hand under a new number
+                return same[0]
+            return acted[0] if acted and self.missed >= _PATIENCE else None
+        if acted or same:
+            return (acted or same)[0]
+        return min(hands, key=lambda hand: _distance(hand, expectation.objects), default=None)
+
+
+def _middle(hand: SeenHand) -> Array:
+    return np.asarray(hand.pixels[[0, 5, 9, 13, 17]].mean(axis=0))
 
 
 def _apart(hand: SeenHand, pixel: Array) -> float:
-    middle = hand.pixels[[0, 5, 9, 13, 17]].mean(axis=0)
-    return float(np.linalg.norm(middle - pixel)) / hand.square.side
+    return float(np.linalg.norm(_middle(hand) - pixel)) / hand.square.side
+
+
+def _distance(hand: SeenHand, objects: Array | None) -> float:
+    """Return how far a hand lies from the nearest object in the image [sides of its square]."""
+    if objects is None or not len(objects):
+        return 0.0
+    return min(_apart(hand, pixel) for pixel in objects)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats
-from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
@@ -30,7 +30,7 @@ from intent_tracking.scene.packed_objects import PackedObjects
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.scene.state_layout import HAND_SIZE
 from intent_tracking.tracker.hand_finder import HandFinder, Search
-from intent_tracking.tracker.hand_watch import HandWatch
+from intent_tracking.tracker.hand_watch import MISSED, Expectation, HandWatch
 from intent_tracking.tracker.held_objects import expected, note_objects, reconsidered, ties_of
 from intent_tracking.tracker.hypothesis import Hypothesis, unusual_roll
 from intent_tracking.tracker.object_life import ObjectLife
@@ -55,8 +55,6 @@ _SIDE_COST = 0.3
 """Cost of a side that the networks exclude."""
 _SURE, _SURE_AGE = 0.8, 4
 """Probability of the other side, and frames since a hand is seen, from which a side is doubted."""
-_MISSED = 2
-"""Looks in a row without the hand after which one that fits badly is given up."""
 _NUDGE = 0.008
 """A prediction is moved if the palm is seen farther beside it than this [m]."""
 _KNOWN_SIZE = 0.01
@@ -166,13 +164,15 @@ class Tracker:
     def _look(self, frame: RgbdFrame) -> None:
         """Let the networks look at the hand that is followed, or at any if there is none."""
         leader = self._hypotheses[0] if self._hypotheses else None
-        expected, settled = None, False
+        scene = (leader or self._still_life).track
+        centers = [scene.state.pose(1 + k)[:3, 3] for k in range(len(self._still_life.lives))]
+        objects = _pixels(frame.camera, np.reshape(centers, (-1, 3)))
+        expectation = Expectation(objects=objects)
         if leader is not None:
-            joints = leader.track.joints(leader.track.predict())
-            camera, middle = frame.camera, joints[[0, 5, 9, 13, 17]].mean(axis=0)
-            expected = middle[:2] / middle[2] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
-            settled = self._settled(leader)
-        self._watch.look(frame, expected, settled)
+            palm = leader.track.joints(leader.track.predict())[_PALM].mean(axis=0)
+            middle = _pixels(frame.camera, palm[None].astype(np.float64))[0]
+            expectation = Expectation(middle, self._settled(leader), objects)
+        self._watch.look(frame, expectation)
         self._keys = {}
         if self._watch.hand is not None:
             self._keys = {
@@ -259,7 +259,7 @@ class Tracker:
 
     def _alive(self, hypothesis: Hypothesis) -> bool:
         """Return whether a hypothesis still follows a hand; keep its objects if it does not."""
-        unseen = self._watch.ever and self._watch.missed >= _MISSED
+        unseen = self._watch.ever and self._watch.missed >= MISSED
         limit = self.config.good_cost if unseen else self.config.lost_cost
         poor = hypothesis.thin >= 3 or hypothesis.mean_cost > limit
         if not poor or self._supported(hypothesis):
@@ -280,7 +280,7 @@ class Tracker:
         out wrongly and cost as much as a hand in the wrong place does.
         """
         agreed = hypothesis.gap is not None and hypothesis.gap < self.config.contradiction
-        return agreed and self._watch.missed < _MISSED
+        return agreed and self._watch.missed < MISSED
 
     def _compete(self) -> None:
         """Put the better hypothesis first; end the competition when it is clear."""
@@ -484,7 +484,7 @@ class Tracker:
 
     def _gap(self, track: SceneTrack) -> float | None:
         """Return how far a track's joints lie beside what the networks see [m]; None: nothing."""
-        if self._watch.elsewhere is not None and self._watch.missed >= _MISSED:
+        if self._watch.elsewhere is not None and self._watch.missed >= MISSED:
             return _ELSEWHERE
         gap = track.key_gap(self._keys.get(track.hand.side, NO_KEYS), track.state)
         return gap if gap >= 0.0 else None
@@ -515,3 +515,9 @@ class Tracker:
             visible and leader is None,
             tuple(life.unseen > self.config.life.unseen_frames for life in lives),
         )
+
+
+def _pixels(camera: Camera, points: Array) -> Array:
+    """Return where points (n, 3) of the camera's frame are seen (n, 2) [pixels]."""
+    flat = points[:, :2] / np.maximum(points[:, 2:], 0.05)
+    return np.asarray(flat * [camera.fx, camera.fy] + [camera.cx, camera.cy])
