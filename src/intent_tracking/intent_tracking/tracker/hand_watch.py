@@ -14,16 +14,18 @@ from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig
 from intent_tracking.hands.seen_hand import SeenHand
 
 MISSED = 2
-"""Looks in a row without the followed hand after which it is taken to be elsewhere or gone."""
+"""Looks in a row without the followed hand after which it is taken to be elsewhere."""
+GONE = 6
+"""Looks in a row after which a hand that fits badly is taken to be gone."""
 _NEAR = 0.6
 """A seen hand whose middle lies this near to the expected one is it [sides of its square]."""
-_ACTS = 0.35
+_ACTS = 0.15
 """A hand that has moved this far from its resting place acts [sides of its square, about 25 cm]."""
 _DRIFT = 0.03
 """Share by which a hand's resting place follows it from look to look: people sway."""
 _PATIENCE = 15
 """Looks for which a hidden hand that acts is waited for before another one that acts counts."""
-_SEARCH = 4
+_SEARCH = 3
 """Looks between searches for others while the hand that is seen does nothing."""
 _GLANCE = 6
 """Looks between two at all hands while one acts."""
@@ -63,6 +65,8 @@ class HandWatch:
         """The hand that acts, as seen in this frame; None: none is seen, or nobody looked."""
         self.elsewhere: SeenHand | None = None
         """It, where it is not where the followed hand is expected."""
+        self.idle: list[SeenHand] = []
+        """Hands that do nothing, while there is one that acts."""
         self.ever = False
         """Whether they have seen the hand that is followed."""
         self.missed = 0
@@ -78,18 +82,20 @@ class HandWatch:
         if self._reader is None:
             return
         self._skipped += 1
-        if expectation.settled and self._skipped < self._period:
+        acts = self._identity in self._acted
+        if acts and expectation.settled and self._skipped < self._period:
             return
         self._skipped, self._looks = 0, self._looks + 1
         hands = self._read(self._reader, frame)
         for hand in hands:
             self._note_motion(hand)
         chosen = self._chosen(hands, expectation)
+        self.idle = [hand for hand in hands if self._acted and hand.identity not in self._acted]
         if chosen is None:
             self.missed += 1
             return
         self._identity = chosen.identity
-        if expectation.middle is None or _apart(chosen, expectation.middle) < _NEAR:
+        if expectation.middle is None or at_place(chosen, expectation.middle):
             self.hand, self.missed, self.ever = chosen, 0, True
             return
         self.elsewhere = chosen
@@ -114,7 +120,7 @@ class HandWatch:
         """Return the hand to follow; None where it is not seen."""
         same = [hand for hand in hands if hand.identity == self._identity]
         if expectation.middle is not None:
-            near = [hand for hand in hands if _apart(hand, expectation.middle) < _NEAR]
+            near = [hand for hand in hands if at_place(hand, expectation.middle)]
             same = same or near
         acted = [hand for hand in hands if hand.identity in self._acted]
         if self._identity in self._acted:
@@ -125,6 +131,11 @@ class HandWatch:
         if acted or same:
             return (acted or same)[0]
         return min(hands, key=lambda hand: _distance(hand, expectation.objects), default=None)
+
+
+def at_place(hand: SeenHand, pixel: Array) -> bool:
+    """Return whether a hand is seen where a palm (2,) is expected [pixels]."""
+    return _apart(hand, pixel) < _NEAR
 
 
 def _middle(hand: SeenHand) -> Array:

@@ -18,6 +18,7 @@ from intent_tracking.hands.key_point_start import (
     starts_from_key_points,
 )
 from intent_tracking.hands.key_points import key_evidence
+from intent_tracking.hands.seen_hand import SeenHand
 from intent_tracking.hands.skin_depth import hand_mask
 from intent_tracking.image.appearance import HAND, AppearanceModel, color_bins
 from intent_tracking.image.frame_evidence import NO_KEYS, KeyEvidence
@@ -30,7 +31,7 @@ from intent_tracking.scene.packed_objects import PackedObjects
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.scene.state_layout import HAND_SIZE
 from intent_tracking.tracker.hand_finder import HandFinder, Search
-from intent_tracking.tracker.hand_watch import MISSED, Expectation, HandWatch
+from intent_tracking.tracker.hand_watch import GONE, MISSED, Expectation, HandWatch, at_place
 from intent_tracking.tracker.held_objects import expected, note_objects, reconsidered, ties_of
 from intent_tracking.tracker.hypothesis import Hypothesis, unusual_roll
 from intent_tracking.tracker.object_life import ObjectLife
@@ -44,7 +45,7 @@ _SMOOTHING = 0.25
 _GAP_SMOOTHING = 0.5
 """The same for the distance from the networks' key points, which are steadier."""
 _ELSEWHERE = 0.10
-"""Distance that counts where the networks see a hand, but not this one [m]."""
+"""Distance beyond which it does not matter how far beside its key points a hand is [m]."""
 _USUAL_COST = 0.25
 """Cost of a fit beside which key points count as much as their weights say; the more depth leaves
 unexplained, the more they count, by the square and within these factors."""
@@ -169,16 +170,19 @@ class Tracker:
         objects = _pixels(frame.camera, np.reshape(centers, (-1, 3)))
         expectation = Expectation(objects=objects)
         if leader is not None:
-            palm = leader.track.joints(leader.track.predict())[_PALM].mean(axis=0)
-            middle = _pixels(frame.camera, palm[None].astype(np.float64))[0]
+            middle = _palm_pixel(frame.camera, leader.track.joints(leader.track.predict()))
             expectation = Expectation(middle, self._settled(leader), objects)
         self._watch.look(frame, expectation)
-        self._keys = {}
-        if self._watch.hand is not None:
-            self._keys = {
-                side: key_evidence(self._watch.hand, frame.camera, side, self.config.key_points)
-                for side in self._hands
-            }
+        seen = self._seen
+        sides = self._hands if seen is not None else ()
+        self._keys = {
+            side: key_evidence(seen, frame.camera, side, self.config.key_points) for side in sides
+        }
+
+    @property
+    def _seen(self) -> SeenHand | None:
+        """The hand that acts, wherever the networks see it."""
+        return self._watch.hand or (self._watch.elsewhere if self._watch.missed >= MISSED else None)
 
     def _settled(self, leader: Hypothesis) -> bool:
         """Return whether fit and networks agree so well that not every frame must be read."""
@@ -204,7 +208,7 @@ class Tracker:
     def _nudged(self, hypothesis: Hypothesis, guess: BodyState) -> BodyState:
         """Return a prediction moved to where the networks see the palm, if that is elsewhere."""
         keys = self._keys.get(hypothesis.track.hand.side, NO_KEYS)
-        if not keys.weights.any():
+        if self._watch.hand is None or not keys.weights.any():
             return guess
         palm = hypothesis.track.joints(guess)[_PALM]
         shift = (keys.rays[_PALM] * palm[:, 2:] - palm[:, :2]).mean(axis=0)
@@ -259,7 +263,7 @@ class Tracker:
 
     def _alive(self, hypothesis: Hypothesis) -> bool:
         """Return whether a hypothesis still follows a hand; keep its objects if it does not."""
-        unseen = self._watch.ever and self._watch.missed >= MISSED
+        unseen = self._watch.ever and self._watch.missed >= GONE
         limit = self.config.good_cost if unseen else self.config.lost_cost
         poor = hypothesis.thin >= 3 or hypothesis.mean_cost > limit
         if not poor or self._supported(hypothesis):
@@ -302,7 +306,7 @@ class Tracker:
     def _odd(self, hypothesis: Hypothesis) -> float:
         """Return the cost of a hand's roll and of where and on which side the networks see it."""
         odd = self._unusual(hypothesis) + _GAP_COST * (hypothesis.gap or 0.0)
-        seen = self._watch.hand
+        seen = self._seen
         if seen is not None:
             side = hypothesis.track.hand.side
             odd += _SIDE_COST * (1.0 - (seen.right if side == "right" else 1.0 - seen.right))
@@ -330,7 +334,7 @@ class Tracker:
         """Return whether the networks see the hand elsewhere or on the other side."""
         if hypothesis.gap is not None and hypothesis.gap > self.config.contradiction:
             return True
-        seen = self._watch.hand
+        seen = self._seen
         if seen is None:
             return False
         right = hypothesis.track.hand.side == "right"
@@ -363,7 +367,7 @@ class Tracker:
 
     def _seen_starts(self, frame: RgbdFrame, sides: tuple[Side, ...]) -> list[KeyPointStart]:
         """Return starts from the networks' key points, and learn the colours of what they see."""
-        seen = self._watch.hand or self._watch.elsewhere
+        seen = self._seen
         if seen is None:
             return []
         starts = starts_from_key_points(seen, frame, self._sized_hands(sides), self._sizing())
@@ -414,6 +418,9 @@ class Tracker:
             cost = candidate.cost - (self.config.side_bias if side == self._side else 0.0)
             state = self._still_life.track.state.replaced([], candidate.state)
             hypothesis = self._hypothesis(side, state, cost)
+            place = _palm_pixel(frame.camera, hypothesis.track.joints(state))
+            if any(at_place(hand, place) for hand in self._watch.idle):
+                continue
             astray = _GAP_COST * (hypothesis.gap or 0.0)
             if candidate.cost + astray < limit and cost < found[0].cost + _WORTH_A_TRIAL:
                 hypotheses.append(hypothesis)
@@ -433,7 +440,7 @@ class Tracker:
     def _rival_starts(self, leader: Hypothesis, frame: RgbdFrame) -> list[HandStart]:
         """Return the best start of each side that may be the leader's hand."""
         young = leader.age <= max(self.config.young_trials)
-        if self._watch.hand or self._watch.elsewhere:
+        if self._seen is not None:
             return [
                 HandStart(start.side, start.state, start.cost)
                 for start in self._seen_starts(frame, tuple(self._hands))
@@ -484,10 +491,8 @@ class Tracker:
 
     def _gap(self, track: SceneTrack) -> float | None:
         """Return how far a track's joints lie beside what the networks see [m]; None: nothing."""
-        if self._watch.elsewhere is not None and self._watch.missed >= MISSED:
-            return _ELSEWHERE
         gap = track.key_gap(self._keys.get(track.hand.side, NO_KEYS), track.state)
-        return gap if gap >= 0.0 else None
+        return min(gap, _ELSEWHERE) if gap >= 0.0 else None
 
     def _result(self, frame: RgbdFrame, visible: bool) -> SceneState:
         assert self._objects is not None
@@ -515,6 +520,11 @@ class Tracker:
             visible and leader is None,
             tuple(life.unseen > self.config.life.unseen_frames for life in lives),
         )
+
+
+def _palm_pixel(camera: Camera, joints: Floats) -> Array:
+    """Return where the middle (2,) of the palm of joints (21, 3) is seen [pixels]."""
+    return _pixels(camera, joints[_PALM].mean(axis=0, dtype=np.float64)[None])[0]
 
 
 def _pixels(camera: Camera, points: Array) -> Array:
