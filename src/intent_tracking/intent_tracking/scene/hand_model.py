@@ -23,6 +23,7 @@ from intent_tracking.scene.joint_table import (
 from intent_tracking.scene.state_layout import CAPSULES
 
 Side = Literal["right", "left"]
+SIDES: tuple[Side, Side] = ("right", "left")
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 JOINT_NAMES = tuple(
     f"{finger}_{joint}" for finger in FINGERS for joint in ("abduction", "mcp", "pip", "dip")

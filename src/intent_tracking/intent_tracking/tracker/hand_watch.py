@@ -11,7 +11,11 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import RgbdFrame
 from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig
+from intent_tracking.hands.key_point_start import KeyPointConfig
+from intent_tracking.hands.key_points import key_evidence
 from intent_tracking.hands.seen_hand import SeenHand
+from intent_tracking.image.frame_evidence import NO_KEYS, KeyEvidence
+from intent_tracking.scene.hand_model import SIDES, Side
 
 MISSED = 2
 """Looks in a row without the followed hand after which it is taken to be elsewhere."""
@@ -46,8 +50,10 @@ class Expectation:
 class HandWatch:
     """Reads the frames for the tracker; without the networks' files it sees nothing."""
 
-    def __init__(self, config: HandReaderConfig | None, period: int) -> None:
-        self._period = period
+    def __init__(
+        self, config: HandReaderConfig | None, key_points: KeyPointConfig, period: int
+    ) -> None:
+        self._period, self._key_points = period, key_points
         self.trouble = ""
         """Why no network looks, and what to do about it; empty where they do."""
         self._reader: HandReader | None = None
@@ -71,22 +77,43 @@ class HandWatch:
         """Whether they have seen the hand that is followed."""
         self.missed = 0
         """Looks in a row that did not find it."""
+        self._keys: dict[Side, KeyEvidence] = {}
         self._identity = -1
         self._acted: set[int] = set()
         self._rest: dict[int, Array] = {}
         self._skipped = self._looks = 0
 
+    @property
+    def seen(self) -> SeenHand | None:
+        """The hand that acts, wherever it is seen."""
+        return self.hand or (self.elsewhere if self.missed >= MISSED else None)
+
+    def keys_of(self, side: Side) -> KeyEvidence:
+        """Return what is seen of it as evidence for a hand of a side."""
+        return self._keys.get(side, NO_KEYS)
+
     def look(self, frame: RgbdFrame, expectation: Expectation) -> None:
         """Look for the hand in the next frame."""
         self.hand = self.elsewhere = None
-        if self._reader is None:
-            return
+        if self._reader is not None and not self._may_skip(expectation):
+            self._look(self._read(self._reader, frame), expectation)
+        seen = self.seen
+        self._keys = {}
+        if seen is not None:
+            for side in SIDES:
+                self._keys[side] = key_evidence(seen, frame.camera, side, self._key_points)
+
+    def _may_skip(self, expectation: Expectation) -> bool:
+        """Return whether this frame need not be read."""
         self._skipped += 1
         acts = self._identity in self._acted
         if acts and expectation.settled and self._skipped < self._period:
-            return
+            return True
         self._skipped, self._looks = 0, self._looks + 1
-        hands = self._read(self._reader, frame)
+        return False
+
+    def _look(self, hands: tuple[SeenHand, ...], expectation: Expectation) -> None:
+        """Take note of the hands of a frame, of the one that acts above all."""
         for hand in hands:
             self._note_motion(hand)
         chosen = self._chosen(hands, expectation)
