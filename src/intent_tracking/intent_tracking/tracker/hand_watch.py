@@ -25,11 +25,13 @@ _NEAR = 0.6
 """A seen hand whose middle lies this near to the expected one is it [sides of its square]."""
 _ACTS = 0.15
 """A hand that has moved this far from its resting place acts [sides of its square, about 25 cm]."""
+_STRIDE = 0.04
+"""So does one that moves this far twice in a row, the same way [sides of its square per look]."""
 _DRIFT = 0.03
 """Share by which a hand's resting place follows it from look to look: people sway."""
 _PATIENCE = 15
 """Looks for which a hidden hand that acts is waited for before another one that acts counts."""
-_SEARCH = 3
+_SEARCH = 2
 """Looks between searches for others while the hand that is seen does nothing."""
 _GLANCE = 6
 """Looks between two at all hands while one acts."""
@@ -80,7 +82,7 @@ class HandWatch:
         self._keys: dict[Side, KeyEvidence] = {}
         self._identity = -1
         self._acted: set[int] = set()
-        self._rest: dict[int, Array] = {}
+        self._paths: dict[int, tuple[Array, Array, Array]] = {}
         self._skipped = self._looks = 0
 
     @property
@@ -137,11 +139,13 @@ class HandWatch:
 
     def _note_motion(self, hand: SeenHand) -> None:
         """Take note of whether a hand has left its resting place."""
-        middle = _middle(hand)
-        rest = self._rest.setdefault(hand.identity, middle)
-        if np.linalg.norm(middle - rest) > _ACTS * hand.square.side:
+        middle, side = _middle(hand), hand.square.side
+        rest, before, step = self._paths.setdefault(hand.identity, (middle, middle, 0.0 * middle))
+        new = (middle - before) / side
+        strides = min(float(np.linalg.norm(new)), float(np.linalg.norm(step))) > _STRIDE
+        if np.linalg.norm(middle - rest) > _ACTS * side or (strides and new @ step > 0.0):
             self._acted.add(hand.identity)
-        self._rest[hand.identity] = rest + _DRIFT * (middle - rest)
+        self._paths[hand.identity] = rest + _DRIFT * (middle - rest), middle, new
 
     def _chosen(self, hands: tuple[SeenHand, ...], expectation: Expectation) -> SeenHand | None:
         """Return the hand to follow; None where it is not seen."""
