@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from intent_perception.geometry.camera import RgbdFrame
 from intent_tracking.fit.hand_shape import AVERAGE, HandShapeConfig, HandShapeEstimate, shaped_hand
 from intent_tracking.hands.key_point_start import (
@@ -50,7 +52,7 @@ class PersonHands:
         if known:
             config = replace(config, usual_size=1.0, size=_KNOWN_SIZE)
         starts = starts_from_key_points(seen, frame, hands, config)
-        if starts and self.shape.note_size(starts[0].size):
+        if starts and _whole(seen, frame) and self.shape.note_size(starts[0].size):
             self._reshape()
         return starts
 
@@ -65,3 +67,9 @@ class PersonHands:
         if self.shape.learn(track.hand, track.arrays, evidence, weights, track.state):
             self._reshape()
             track.set_hand(self.models[track.hand.side])
+
+
+def _whole(seen: SeenHand, frame: RgbdFrame) -> bool:
+    """Return whether all key points lie in the image: a hand cut off tells no size."""
+    height, width = frame.depth.shape
+    return bool(np.all((seen.pixels > 0.0) & (seen.pixels < [width, height])))
