@@ -18,6 +18,7 @@ _LEAST_IN_CELL = 2
 _LEAST_AREA = 0.03  # smaller planes are sides of objects [m^2]
 _SAMPLES = 4000
 _TRIALS = 200
+_OBLIQUE = 0.3  # sine of the least angle between a rolled camera and the table's normal
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +105,8 @@ def find_table(
 ) -> TablePlane | None:
     """Return the largest plane that faces up towards the camera, or None if there is no table.
 
-    Up is the image's up. Where no plane faces there, the camera may be rolled or look straight
-    down: then the largest plane counts whose top the camera sees.
+    Up is the image's up. Where no plane faces there the camera may be rolled: then the largest
+    plane counts that it sees obliquely. One that it faces may as well be a wall.
 
     Args:
         image: the scene.
@@ -129,7 +130,8 @@ def find_table(
         # A table is seen from above: its normal has a part along the image's up direction.
         if normal[1] <= -0.1:
             upright = max(upright, _Trial(count, normal, offset), key=lambda trial: trial.inliers)
-        rolled = max(rolled, _Trial(count, normal, offset), key=lambda trial: trial.inliers)
+        if np.hypot(normal[0], normal[1]) > _OBLIQUE:
+            rolled = max(rolled, _Trial(count, normal, offset), key=lambda trial: trial.inliers)
     best = upright if upright.inliers >= share * _SAMPLES else rolled
     if best.inliers < share * _SAMPLES:
         return None

@@ -1,7 +1,7 @@
 """What speaks for and against a hypothesis: its fit, its posture, and what the networks see."""
 
+from intent_tracking.hands.hand_watch import GONE, HandWatch
 from intent_tracking.scene.body_state import BodyState
-from intent_tracking.tracker.hand_watch import GONE, MISSED, HandWatch
 from intent_tracking.tracker.hypothesis import Hypothesis, unusual_roll
 from intent_tracking.tracker.problem import Surroundings
 from intent_tracking.tracker.scene_track import SceneTrack
@@ -65,7 +65,7 @@ class HypothesisJudge:
         out wrongly and cost as much as a hand in the wrong place does.
         """
         agreed = hypothesis.gap is not None and hypothesis.gap < self._config.contradiction
-        return agreed and self._watch.missed < MISSED
+        return agreed and self._watch.hand is not None
 
     def settled(self, hypothesis: Hypothesis) -> bool:
         """Return whether fit and networks agree so well that not every frame must be read."""

@@ -1,18 +1,22 @@
 """What a frame asks of a hypothesis about the scene, and what answers it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.geometry.transforms import inverse
+from intent_perception.objects.model import ObjectModel
+from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.image.appearance import AppearanceModel
 from intent_tracking.image.frame_evidence import FrameEvidence, KeyEvidence, Labelled, Prior
 from intent_tracking.image.labelling import Pixels
 from intent_tracking.image.tile import Tile
 from intent_tracking.scene.body_state import BodyState
 from intent_tracking.scene.hand_model import FITTED_LIMITS
-from intent_tracking.scene.object_kernel import ObjectArrays
+from intent_tracking.scene.object_kernel import ObjectArrays, geometry_of
 from intent_tracking.scene.packed_objects import PackedObjects
 from intent_tracking.scene.posture_prior import shipped_posture
 
@@ -47,6 +51,28 @@ class Surroundings:
     """(4,) plane in the camera's frame; None: there is none."""
     T_table_camera: Array
     """(4, 4)."""
+
+
+def surroundings_of(
+    objects: RecognizedObjects, models: Sequence[ObjectModel], table: bool
+) -> Surroundings:
+    """Return what is known of a scene when its objects have been recognised.
+
+    Args:
+        objects: with the pose of the camera.
+        models: of the objects, one each.
+        table: False: a table is not to be counted on.
+    """
+    T_table_camera = np.asarray(objects.T_table_camera, dtype=np.float64)
+    T_camera_table = inverse(T_table_camera)
+    normal = T_camera_table[:3, 2]
+    plane = np.concatenate([normal, [-normal @ T_camera_table[:3, 3]]])
+    return Surroundings(
+        PackedObjects([geometry_of(model) for model in models]),
+        AppearanceModel([model.color for model in models]),
+        plane if table and objects.table_seen else None,
+        T_table_camera,
+    )
 
 
 @dataclass(frozen=True, eq=False)

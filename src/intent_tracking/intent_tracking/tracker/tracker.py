@@ -12,29 +12,26 @@ from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.fit.hand_shape import HandShapeEstimate
 from intent_tracking.fit.initialisation import HandStart
+from intent_tracking.hands.hand_watch import Expectation, HandWatch, at_place
 from intent_tracking.hands.key_point_start import KeyPointStart
+from intent_tracking.hands.seen_palm import nudged, palm_pixel, pixels_of
 from intent_tracking.hands.skin_depth import hand_mask
-from intent_tracking.image.appearance import HAND, AppearanceModel, color_bins
+from intent_tracking.image.appearance import HAND, color_bins
 from intent_tracking.image.labelling import OF_HAND
 from intent_tracking.scene.body_state import BodyState, start_state
 from intent_tracking.scene.hand_kernel import hand_buffers
 from intent_tracking.scene.hand_model import SIDES, Side
-from intent_tracking.scene.object_kernel import geometry_of
-from intent_tracking.scene.packed_objects import PackedObjects
 from intent_tracking.scene.scene_state import SceneState
-from intent_tracking.scene.state_layout import HAND_SIZE
 from intent_tracking.tracker.hand_finder import HandFinder, Search
-from intent_tracking.tracker.hand_watch import Expectation, HandWatch, at_place
 from intent_tracking.tracker.held_objects import expected, note_objects, reconsidered, ties_of
 from intent_tracking.tracker.hypothesis import Hypothesis
 from intent_tracking.tracker.hypothesis_judge import GAP_COST, HypothesisJudge
 from intent_tracking.tracker.object_life import ObjectLife
 from intent_tracking.tracker.person_hands import PersonHands
-from intent_tracking.tracker.problem import Fit, Problem, Surroundings
+from intent_tracking.tracker.problem import Fit, Problem, surroundings_of
+from intent_tracking.tracker.published_state import Shown, published_state
 from intent_tracking.tracker.scene_track import SceneTrack
-from intent_tracking.tracker.seen_palm import nudged, palm_pixel, pixels_of
 from intent_tracking.tracker.tracker_config import TrackerConfig
-from intent_tracking.tracker.uncertainty import state_deviation
 
 _SMOOTHING = 0.25
 """Share of the newest frame in the smoothed cost: about four frames judge a hand."""
@@ -87,7 +84,8 @@ class Tracker:
         if unknown:
             raise ValueError(f"expected objects of the tracker's database, got {unknown}")
         self._objects = objects
-        self._around = self._surroundings(objects)
+        chosen = [self._models[o.model] for o in objects.objects]
+        self._around = surroundings_of(objects, chosen, self.config.table)
         T_camera_table = inverse(self._around.T_table_camera)
         poses = [T_camera_table @ o.T_table_object for o in objects.objects]
         track = SceneTrack(
@@ -105,19 +103,6 @@ class Tracker:
         self._frames = 0
         self._watch.reset()
         self._buffers = hand_buffers()
-
-    def _surroundings(self, objects: RecognizedObjects) -> Surroundings:
-        T_table_camera = np.asarray(objects.T_table_camera, dtype=np.float64)
-        T_camera_table = inverse(T_table_camera)
-        normal = T_camera_table[:3, 2]
-        plane = np.concatenate([normal, [-normal @ T_camera_table[:3, 3]]])
-        chosen = [self._models[o.model] for o in objects.objects]
-        return Surroundings(
-            PackedObjects([geometry_of(model) for model in chosen]),
-            AppearanceModel([model.color for model in chosen]),
-            plane if self.config.table and objects.table_seen else None,
-            T_table_camera,
-        )
 
     def place_hand(self, side: Side, T_camera_hand: Array, joints: Array) -> None:
         """Start from a known hand pose instead of searching for one."""
@@ -146,7 +131,11 @@ class Tracker:
         elif self._judge.doubtful(self._hypotheses[0], self._frames):
             self._try_others(frame)
         self._frames += 1
-        return self._result(frame, visible)
+        leader = self._hypotheses[0] if self._hypotheses else None
+        side = leader.track.hand.side if leader else (self._side or "right")
+        shape = leader.track.hand.shape if leader else self.shape.shape
+        shown = Shown(leader or self._still_life, leader is not None, visible, side, shape)
+        return published_state(frame.stamp, self._objects, shown, self.config.life.unseen_frames)
 
     def _look(self, frame: RgbdFrame) -> None:
         """Let the networks look at the hand that is followed, or at any if there is none."""
@@ -361,30 +350,3 @@ class Tracker:
         track.cost = cost
         lives = [ObjectLife(life.rest, life.active, life.taken) for life in self._still_life.lives]
         return Hypothesis(track, lives, cost, gap=self._judge.gap(track, state))
-
-    def _result(self, frame: RgbdFrame, visible: bool) -> SceneState:
-        assert self._objects is not None
-        leader = self._hypotheses[0] if self._hypotheses else None
-        shown = leader or self._still_life
-        track, lives = shown.track, shown.lives
-        values = track.state.vector(self._around.T_table_camera)
-        deviation = state_deviation(
-            leader.fit if leader else None, leader.active if leader else (), len(lives)
-        )
-        if leader is None:
-            values[:HAND_SIZE] = deviation[:HAND_SIZE] = np.nan
-        return SceneState(
-            frame.stamp,
-            track.hand.side if leader else (self._side or "right"),
-            values,
-            deviation,
-            track.hand.shape if leader else self.shape.shape,
-            tuple(o.id for o in self._objects.objects),
-            tuple(o.model for o in self._objects.objects),
-            tuple(o.object_class for o in self._objects.objects),
-            self._around.T_table_camera,
-            float(track.cost) if leader else float("nan"),
-            visible,
-            visible and leader is None,
-            tuple(life.unseen > self.config.life.unseen_frames for life in lives),
-        )

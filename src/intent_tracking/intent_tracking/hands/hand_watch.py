@@ -31,6 +31,8 @@ _DRIFT = 0.03
 """Share by which a hand's resting place follows it from look to look: people sway."""
 _PATIENCE = 15
 """Looks for which a hidden hand that acts is waited for before another one that acts counts."""
+_LEAST_MEASURED = 3
+"""Key points with depth without which a hand is only a picture of one."""
 _SEARCH = 2
 """Looks between searches for others while the hand that is seen does nothing."""
 _GLANCE = 6
@@ -98,7 +100,8 @@ class HandWatch:
         """Look for the hand in the next frame."""
         self.hand = self.elsewhere = None
         if self._reader is not None and not self._may_skip(expectation):
-            self._look(self._read(self._reader, frame), expectation)
+            hands = self._read(self._reader, frame)
+            self._look([hand for hand in hands if _has_depth(hand, frame)], expectation)
         seen = self.seen
         self._keys = {}
         if seen is not None:
@@ -114,7 +117,7 @@ class HandWatch:
         self._skipped, self._looks = 0, self._looks + 1
         return False
 
-    def _look(self, hands: tuple[SeenHand, ...], expectation: Expectation) -> None:
+    def _look(self, hands: list[SeenHand], expectation: Expectation) -> None:
         """Take note of the hands of a frame, of the one that acts above all."""
         for hand in hands:
             self._note_motion(hand)
@@ -147,7 +150,7 @@ class HandWatch:
             self._acted.add(hand.identity)
         self._paths[hand.identity] = rest + _DRIFT * (middle - rest), middle, new
 
-    def _chosen(self, hands: tuple[SeenHand, ...], expectation: Expectation) -> SeenHand | None:
+    def _chosen(self, hands: list[SeenHand], expectation: Expectation) -> SeenHand | None:
         """Return the hand to follow; None where it is not seen."""
         same = [hand for hand in hands if hand.identity == self._identity]
         if expectation.middle is not None:
@@ -162,6 +165,14 @@ class HandWatch:
         if acted or same:
             return (acted or same)[0]
         return min(hands, key=lambda hand: _distance(hand, expectation.objects), default=None)
+
+
+def _has_depth(hand: SeenHand, frame: RgbdFrame) -> bool:
+    """Return whether there is a measurement at some key points: else nothing tells where it is."""
+    height, width = frame.depth.shape
+    columns, rows = np.rint(hand.pixels).astype(np.int64).T
+    inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    return int((frame.depth[rows[inside], columns[inside]] > 0.0).sum()) >= _LEAST_MEASURED
 
 
 def at_place(hand: SeenHand, pixel: Array) -> bool:
