@@ -34,6 +34,8 @@ class TrackerNode(IntentNode):
         models = {model.name: model for model in self._database}
         self._config = declared(self, TrackerConfig())
         self._tracker = Tracker(models, self._config)
+        if self._tracker.trouble:
+            self.get_logger().warning(self._tracker.trouble)
         self._states = self.create_publisher(SceneState, "/intent/scene_state", RESULTS)
         self._joints = self.create_publisher(JointState, "/intent/hand/joint_states", 10)
         self._tf = self.create_publisher(TFMessage, "/tf", 100)
@@ -47,6 +49,7 @@ class TrackerNode(IntentNode):
         self._tracker.forget_hand()
         self._started, self._hand_in_view, self._shape_kept = False, False, False
         self._recognized: Any = None
+        self._alone = False
         self._held: RgbdFrame | None = None
         self._markers.publish(MarkerArray(markers=[deletion("hand"), deletion("objects")]))
 
@@ -57,7 +60,12 @@ class TrackerNode(IntentNode):
             self.attempt(self._on_frame, frame, header_at(frame.stamp))
 
     def _start(self, message: Any) -> None:
-        self._tracker.start(objects_from_msg(message))
+        objects = objects_from_msg(message)
+        self._tracker.start(objects)
+        if not objects.objects and not self._alone:
+            what = "known object" if objects.table_seen else "table"
+            self.get_logger().warning(f"no {what} is seen: the hand is followed alone")
+        self._alone = not objects.objects
         self._started, self._recognized = True, None
         models = [(item.id, self._database[item.model]) for item in message.objects]
         self._markers.publish(object_markers(models))
