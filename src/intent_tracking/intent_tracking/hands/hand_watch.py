@@ -1,7 +1,8 @@
 """The networks' view of the hand that is followed: when they are asked, and which hand it is.
 
 A person has two hands, a bystander others. The one that acts is followed: it has moved from where
-it was first seen. Until one has, the one nearest to the objects is looked at.
+it was first seen. Until one has, one that arrives while others rest is looked at, else the one
+nearest to the objects.
 """
 
 from dataclasses import dataclass
@@ -33,7 +34,9 @@ _PATIENCE = 15
 """Looks for which a hidden hand that acts is waited for before another one that acts counts."""
 _LEAST_MEASURED = 3
 """Key points with depth without which a hand is only a picture of one."""
-_SEARCH = 2
+_FIRST_LOOKS = 6
+"""A hand that is first seen later than this has come from somewhere: it may be about to act."""
+_SEARCH = 1
 """Looks between searches for others while the hand that is seen does nothing."""
 _GLANCE = 6
 """Looks between two at all hands while one acts."""
@@ -84,6 +87,7 @@ class HandWatch:
         self._keys: dict[Side, KeyEvidence] = {}
         self._identity = -1
         self._acted: set[int] = set()
+        self._arrived: set[int] = set()
         self._paths: dict[int, tuple[Array, Array, Array]] = {}
         self._skipped = self._looks = 0
 
@@ -120,6 +124,8 @@ class HandWatch:
     def _look(self, hands: list[SeenHand], expectation: Expectation) -> None:
         """Take note of the hands of a frame, of the one that acts above all."""
         for hand in hands:
+            if self._looks > _FIRST_LOOKS and hand.identity not in self._paths:
+                self._arrived.add(hand.identity)
             self._note_motion(hand)
         chosen = self._chosen(hands, expectation)
         self.idle = [hand for hand in hands if self._acted and hand.identity not in self._acted]
@@ -131,7 +137,7 @@ class HandWatch:
             self.hand, self.missed, self.ever = chosen, 0, True
             return
         self.elsewhere = chosen
-        self.missed += MISSED if chosen.identity in self._acted else 1
+        self.missed += MISSED if chosen.identity in self._acted | self._arrived else 1
 
     def _read(self, reader: HandReader, frame: RgbdFrame) -> tuple[SeenHand, ...]:
         """Return the hands of a frame; only the one that acts where that will do."""
@@ -162,6 +168,8 @@ class HandWatch:
                 self._acted.add(same[0].identity)  # the same hand under a new number
                 return same[0]
             return acted[0] if acted and self.missed >= _PATIENCE else None
+        if self._identity not in self._arrived:
+            acted = acted or [hand for hand in hands if hand.identity in self._arrived]
         if acted or same:
             return (acted or same)[0]
         return min(hands, key=lambda hand: _distance(hand, expectation.objects), default=None)
