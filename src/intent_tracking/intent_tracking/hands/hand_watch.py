@@ -36,8 +36,6 @@ _LEAST_MEASURED = 3
 """Key points with depth without which a hand is only a picture of one."""
 _FIRST_LOOKS = 6
 """A hand that is first seen later than this has come from somewhere: it may be about to act."""
-_SEARCH = 1
-"""Looks between searches for others while the hand that is seen does nothing."""
 _GLANCE = 6
 """Looks between two at all hands while one acts."""
 
@@ -140,11 +138,14 @@ class HandWatch:
         self.missed += MISSED if chosen.identity in self._acted | self._arrived else 1
 
     def _read(self, reader: HandReader, frame: RgbdFrame) -> tuple[SeenHand, ...]:
-        """Return the hands of a frame; only the one that acts where that will do."""
+        """Return the hands of a frame; only the one that acts where that will do.
+
+        Others are searched in every look while none acts or the one that does is missed.
+        """
         acts = self._identity in self._acted
         if acts and self.missed == 0 and self._looks % _GLANCE:
             return reader.read(frame.color, only=self._identity)
-        return reader.read(frame.color, search=not acts and self._looks % _SEARCH == 0)
+        return reader.read(frame.color, search=not acts or self.missed > 0)
 
     def _note_motion(self, hand: SeenHand) -> None:
         """Take note of whether a hand has left its resting place."""
