@@ -3,10 +3,17 @@
 import numpy as np
 import pytest
 
+from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import KINECT, RgbdFrame
 from intent_perception.geometry.mesh import Mesh, convex_hull
 from intent_perception.geometry.rendering import render
-from intent_perception.geometry.transforms import inverse, look_at, transform_points
+from intent_perception.geometry.transforms import (
+    inverse,
+    look_at,
+    make_pose,
+    rotation_from_vector,
+    transform_points,
+)
 from intent_perception.scene.arm_pixels import ArmConfig, arm_pixels
 from intent_perception.scene.oriented_image import OrientedImage, orient
 from intent_perception.scene.table_plane import TablePlane, find_table
@@ -20,8 +27,8 @@ def box(size: tuple[float, float, float], center: tuple[float, float, float]) ->
     return convex_hull(corners * size + np.array(center))
 
 
-def image_of(*meshes: Mesh) -> OrientedImage:
-    poses = np.stack([inverse(T_WORLD_CAMERA)] * (len(meshes) + 1))
+def image_of(*meshes: Mesh, pose: Array = T_WORLD_CAMERA) -> OrientedImage:
+    poses = np.stack([inverse(pose)] * (len(meshes) + 1))
     table = box((1.0, 0.8, 0.02), (0.0, 0.0, -0.01))
     depth = render(KINECT, [table, *meshes], poses).depth
     frame = RgbdFrame(0, np.zeros((480, 640, 3), np.uint8), depth, KINECT)
@@ -67,6 +74,17 @@ def test_no_table_is_found_on_a_wall() -> None:
     frame = RgbdFrame(0, np.zeros((480, 640, 3), np.uint8), depth, KINECT)
     image = orient(frame, 525.0, 0.009, 2.0)
     assert find_table(image, np.random.default_rng(0), 0.008, 0.15) is None
+
+
+@pytest.mark.parametrize("degrees", [90.0, 180.0, 270.0])
+def test_a_rolled_camera_finds_the_table(degrees: float) -> None:
+    roll = rotation_from_vector(np.array([0.0, 0.0, np.radians(degrees)]))
+    T_world_camera = T_WORLD_CAMERA @ make_pose(roll, np.zeros(3))
+    table = table_in(image_of(box((0.05, 0.05, 0.1), (0.0, 0.0, 0.05)), pose=T_world_camera))
+    up = T_world_camera[:3, :3].T @ np.array([0.0, 0.0, 1.0])
+    assert table.offset == pytest.approx(EYE[2], abs=0.001)
+    assert table.normal @ up > np.cos(np.radians(0.3))
+    assert table.T_table_camera()[2, 3] == pytest.approx(EYE[2], abs=0.001)
 
 
 def test_an_arm_is_told_from_an_object() -> None:

@@ -94,3 +94,43 @@ def test_a_file_without_a_shape_is_refused(tmp_path):
     (tmp_path / "hand.npz").write_bytes(b"no archive")
     with pytest.raises(ValueError, match="hand shape"):
         load_shape(tmp_path / "hand.npz")
+
+
+def sized(*sizes, config=None):
+    """Return the estimate after the sizes of single frames were noted."""
+    estimate = HandShapeEstimate(config or HandShapeConfig())
+    for size in sizes:
+        estimate.note_size(size)
+    return estimate
+
+
+def test_one_size_moves_the_start_less_than_many_equal_ones():
+    one, many = sized(1.2).shape, sized(*[1.2] * 10).shape
+    assert 1.0 < one[0] < many[0]
+    np.testing.assert_array_equal(many[1:], 1.0)
+
+
+def test_one_wrong_size_among_many_does_not_matter():
+    assert sized(*[1.1] * 4, 3.0, *[1.1] * 4).shape[0] == sized(*[1.1] * 9).shape[0]
+
+
+def test_after_enough_sizes_it_is_known_and_further_ones_are_refused():
+    estimate = HandShapeEstimate(HandShapeConfig())
+    taken = [estimate.note_size(1.1) for _ in range(15)]
+    assert taken == [True] * 12 + [False] * 3
+    assert estimate.known
+    np.testing.assert_array_equal(estimate.shape, sized(*[1.1] * 12).shape)
+
+
+def test_a_hand_of_a_file_is_known_at_once(tmp_path):
+    save_shape(tmp_path / "hand.npz", "right", SHAPE)
+    estimate = HandShapeEstimate(HandShapeConfig(file=str(tmp_path / "hand.npz")))
+    assert estimate.known
+    assert not estimate.note_size(1.3)
+    np.testing.assert_array_equal(estimate.shape, SHAPE)
+
+
+def test_sizes_are_not_asked_for_once_whole_frames_have_been_learnt():
+    estimate = calibrated(SHAPE, 1, HandShapeConfig())
+    assert estimate.known
+    assert not estimate.note_size(1.3)

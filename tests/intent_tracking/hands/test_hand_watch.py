@@ -1,0 +1,188 @@
+"""Which hand is followed, and when the networks are asked."""
+
+import numpy as np
+import pytest
+
+from intent_perception.geometry.camera import KINECT, RgbdFrame
+from intent_tracking.hands.hand_reader import HandReaderConfig
+from intent_tracking.hands.hand_square import HandSquare
+from intent_tracking.hands.hand_watch import MISSED, Expectation, HandWatch
+from intent_tracking.hands.key_point_start import KeyPointConfig
+from intent_tracking.hands.network_files import COMMAND
+from intent_tracking.hands.seen_hand import SeenHand
+from intent_tracking.image.frame_evidence import NO_KEYS
+
+RESTING, ACTING = 0, 1
+PERIOD = 3
+
+
+def hand_at(identity, u, v=240.0):
+    """Return a hand whose key points lie around a pixel, in a square of 100 pixels."""
+    middle = np.array([u, v])
+    pixels = middle + 10.0 * np.random.default_rng(0).normal(size=(21, 2))
+    pixels += middle - pixels[[0, 5, 9, 13, 17]].mean(axis=0)
+    square = HandSquare(middle, 100.0, 0.0)
+    return SeenHand(identity, pixels, np.zeros((21, 3)), 1.0, 1.0, square)
+
+
+class Reader:
+    """Says what it is told to say."""
+
+    def __init__(self):
+        self.hands, self.reads, self.resets = (), 0, 0
+
+    def reset(self):
+        self.resets += 1
+
+    def read(self, color, search=False, only=None):
+        self.reads += 1
+        return tuple(hand for hand in self.hands if only in (None, hand.identity))
+
+
+def frame(depth=0.7):
+    color = np.zeros((480, 640, 3), np.uint8)
+    return RgbdFrame(0, color, np.full((480, 640), depth, np.float32), KINECT)
+
+
+class Film:
+    """A watch over what its reader is told."""
+
+    def __init__(self):
+        self.watch, self.reader = HandWatch(None, KeyPointConfig(), PERIOD), Reader()
+        self.watch._reader = self.reader
+
+    def look(self, *hands, depth=0.7, **expectation):
+        self.reader.hands = hands
+        self.watch.look(frame(depth), Expectation(**expectation))
+
+    def act(self):
+        """Look at a hand that reaches past one at rest."""
+        for u in range(300, 360, 10):
+            self.look(hand_at(RESTING, 100), hand_at(ACTING, u))
+
+
+@pytest.fixture
+def film():
+    return Film()
+
+
+def test_a_hand_that_moves_is_chosen_over_one_at_rest(film):
+    film.look(hand_at(RESTING, 100), hand_at(ACTING, 300), objects=np.array([[110.0, 240.0]]))
+    assert film.watch.hand.identity == RESTING  # nearest to the object, while none acts
+    film.act()
+    assert film.watch.hand.identity == ACTING
+
+
+def test_a_hand_at_rest_beside_one_that_acts_is_idle(film):
+    film.act()
+    film.watch._looks = 0  # all hands are looked at now and then only
+    for _ in range(6):
+        film.look(hand_at(RESTING, 100), hand_at(ACTING, 350))
+    assert [hand.identity for hand in film.watch.idle] == [RESTING]
+
+
+def test_a_hand_that_sways_does_not_act(film):
+    for n in range(30):
+        film.look(hand_at(RESTING, 100 + 3 * (-1) ** n), hand_at(ACTING, 300))
+    assert film.watch.idle == []
+
+
+def test_a_hidden_acting_hand_is_waited_for_and_the_resting_one_not_taken(film):
+    film.act()
+    for _ in range(20):
+        film.look(hand_at(RESTING, 100))
+        assert film.watch.hand is None
+    film.look(hand_at(RESTING, 100), hand_at(ACTING, 350))
+    assert film.watch.hand.identity == ACTING
+
+
+def test_another_hand_that_acts_is_taken_after_long_waiting(film):
+    film.act()
+    taken = []
+    for n in range(20):
+        film.look(hand_at(2, 100 + 6 * n))
+        taken.append(film.watch.hand is not None)
+    assert not any(taken[:10])
+    assert film.watch.hand.identity == 2
+
+
+def test_a_hand_without_depth_at_its_key_points_is_not_seen(film):
+    film.look(hand_at(ACTING, 300), depth=0.0)
+    assert film.watch.hand is None
+    assert film.watch.missed == 1
+
+
+def test_a_hand_outside_the_depth_image_is_not_seen(film):
+    film.look(hand_at(ACTING, 2000))
+    assert film.watch.hand is None
+
+
+def test_a_settled_acting_hand_is_read_every_few_frames_only(film):
+    film.act()
+    before = film.reader.reads
+    for _ in range(4 * PERIOD):
+        film.look(hand_at(ACTING, 350), settled=True)
+    assert film.reader.reads - before == 4
+
+
+@pytest.mark.parametrize("acts", [True, False])
+def test_a_hand_that_is_not_settled_or_does_not_act_is_read_in_every_frame(film, acts):
+    if acts:
+        film.act()
+    before = film.reader.reads
+    for _ in range(6):
+        film.look(hand_at(ACTING, 350), settled=not acts)
+    assert film.reader.reads - before == 6
+
+
+def test_missed_counts_looks_without_the_hand_and_begins_anew_with_it(film):
+    film.act()
+    for n in range(4):
+        film.look()
+        assert film.watch.missed == n + 1
+    film.look(hand_at(ACTING, 350))
+    assert film.watch.missed == 0
+
+
+def test_an_acting_hand_beside_the_followed_one_is_seen_elsewhere_at_once(film):
+    film.act()
+    film.look(hand_at(ACTING, 350), middle=np.array([100.0, 240.0]))
+    assert film.watch.hand is None
+    assert film.watch.missed == MISSED
+    assert film.watch.seen.identity == ACTING
+
+
+def test_the_followed_hand_keeps_being_followed_under_a_new_number(film):
+    film.act()
+    film.look(hand_at(7, 352), middle=np.array([350.0, 240.0]))
+    assert film.watch.hand.identity == 7
+    film.look(hand_at(RESTING, 100))
+    assert film.watch.hand is None  # it acts still, so that it is waited for
+
+
+def test_key_points_are_evidence_only_in_the_frame_in_which_they_are_seen(film):
+    film.look(hand_at(ACTING, 300))
+    assert film.watch.keys_of("left").weights.any()
+    film.look()
+    assert film.watch.keys_of("left") is NO_KEYS
+
+
+def test_reset_forgets_all_hands(film):
+    film.act()
+    film.watch.reset()
+    assert film.reader.resets == 1
+    assert film.watch.hand is None
+    film.look(hand_at(RESTING, 100))
+    assert film.watch.hand.identity == RESTING
+
+
+def test_without_network_files_the_trouble_names_the_command(tmp_path, monkeypatch):
+    monkeypatch.setenv("INTENT_HAND_NETWORKS", str(tmp_path))
+    watch = HandWatch(HandReaderConfig(), KeyPointConfig(), PERIOD)
+    assert COMMAND in watch.trouble
+    watch.look(frame(), Expectation())
+    assert watch.seen is None
+
+
+def test_networks_that_are_switched_off_are_no_trouble():
+    assert HandWatch(None, KeyPointConfig(), PERIOD).trouble == ""
