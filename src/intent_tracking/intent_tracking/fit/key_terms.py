@@ -5,6 +5,7 @@ distances x - u z and y - v z across that line [m], robust together:
 
     E_key = w_key sum_j w_j rho_k(|(x - u z, y - v z)|),  rho_k as in `normal_equations`, k = 15 mm
 
+The derivatives take the offset, which is at most 2 cm, to turn with the joint's own bone.
 Lines of sight say nothing about depth, which points and silhouette know better.
 """
 
