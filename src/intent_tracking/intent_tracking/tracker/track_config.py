@@ -22,7 +22,7 @@ _WEIGHTS = Weights(
     dip=np.float32(2e-4),
     synergy=np.float32(5e-4),
     posture=np.float32(1.5e-5),
-    key=np.float32(6.0),
+    key=np.float32(8.0),
     hand_place=np.float32(0.0),
 )
 """Tuned together on films; the scale changes from one refinement to the next."""

@@ -39,8 +39,8 @@ _GAP_SMOOTHING = 0.5
 """The same for the distance from the networks' key points, which are steadier."""
 _USUAL_COST = 0.25
 """Cost of a fit beside which key points count as much as their weights say; the more depth leaves
-unexplained, the more they count, by the square and within these factors."""
-_TRUST = 0.05, 4.0
+unexplained, the more they count, by the third power and within these factors."""
+_TRUST = 0.0, 4.0
 _WORTH_A_TRIAL = 0.25
 """Starts this much worse than the best are not followed: a wrong side costs less at first."""
 
@@ -154,7 +154,7 @@ class Tracker:
         """Fit one hypothesis to a frame and bring its record up to date."""
         track, lives = hypothesis.track, hypothesis.lives
         guess = track.predict()
-        if self._watch.hand is not None:
+        if self._watch.hand is not None and (hypothesis.gap or 0.0) < self.config.contradiction:
             guess = nudged(guess, track.joints(guess), self._watch.keys_of(track.hand.side))
         guess = expected(guess, lives)
         active = tuple(k for k, life in enumerate(lives) if life.active)
@@ -174,7 +174,7 @@ class Tracker:
         ties = ties_of(hypothesis.lives, active, self.config.life)
         seed = self._frames + 1000 * self.config.seed
         keys = self._watch.keys_of(hypothesis.track.hand.side)
-        trust = np.float32(np.clip((hypothesis.mean_cost / _USUAL_COST) ** 2, *_TRUST))
+        trust = np.float32(np.clip((hypothesis.mean_cost / _USUAL_COST) ** 3, *_TRUST))
         keys = keys._replace(weights=keys.weights * trust)
         return hypothesis.track.problem(frame, guess, active, ties, self._around, keys, seed)
 
@@ -293,6 +293,10 @@ class Tracker:
         for start in self._rival_starts(leader, frame):
             rival = self._rival(leader, start.side, start.state, frame)
             lead = self._judge.odd(leader) - self._judge.odd(rival)
+            if (
+                self._watch.hand is not None
+            ):  # at this place; depth that explains a hand is believed
+                lead *= min(1.0, (leader.mean_cost / _USUAL_COST) ** 2)
             cost = self._judge.judged(leader.track.cost)
             if self._judge.judged(rival.track.cost) < self.config.better * cost + lead:
                 self._hypotheses = [rival]
