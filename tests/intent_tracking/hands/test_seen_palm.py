@@ -5,7 +5,8 @@ import pytest
 from tests.support.read_hands import joints_of, random_hand
 
 from intent_perception.geometry.camera import KINECT
-from intent_tracking.hands.seen_palm import PALM, nudged, palm_pixel, pixels_of
+from intent_tracking.hands.seen_hand import PALM
+from intent_tracking.hands.seen_palm import nudged, palm_pixel, pixels_of
 from intent_tracking.image.frame_evidence import NO_KEYS, KeyEvidence
 
 

@@ -14,7 +14,7 @@ from intent_perception.geometry.camera import RgbdFrame
 from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig
 from intent_tracking.hands.key_point_start import KeyPointConfig
 from intent_tracking.hands.key_points import key_evidence
-from intent_tracking.hands.seen_hand import SeenHand
+from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.image.frame_evidence import NO_KEYS, KeyEvidence
 from intent_tracking.scene.hand_model import SIDES, Side
 
@@ -190,7 +190,7 @@ def at_place(hand: SeenHand, pixel: Array) -> bool:
 
 
 def _middle(hand: SeenHand) -> Array:
-    return np.asarray(hand.pixels[[0, 5, 9, 13, 17]].mean(axis=0))
+    return np.asarray(hand.pixels[PALM].mean(axis=0))
 
 
 def _apart(hand: SeenHand, pixel: Array) -> float:

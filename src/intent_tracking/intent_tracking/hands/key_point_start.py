@@ -22,7 +22,7 @@ from intent_perception.basics.arrays import Array
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_tracking.hands.key_point_kernel import KeyPointTarget, KeyPointWeights, fit_key_points
-from intent_tracking.hands.seen_hand import SeenHand
+from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.hands.skin_depth import (
     BONES,
     measured_depth,
@@ -52,7 +52,6 @@ Robust means over 750 rendered frames: the shipped bags and six films of seed 77
 alone differ by 2-4 mm). The outer thumb is read too variably on rendered hands to have a mean.
 """
 
-_PALM = [0, 5, 9, 13, 17]
 _KNUCKLE_DEPTH, _METACARPAL_DEPTH, _FINGER_DEPTH = 0.012, 0.014, 0.008
 _PATCH = 0.012
 """Half the side of a patch whose depth is sampled [sides of the hand's square]."""
@@ -181,10 +180,10 @@ def _start(
     """Return the best fit of one hand over the depths that its palm may have."""
     offsets = key_point_offsets(side)
     rest = config.usual_size * (model.joint_positions(np.zeros(20)) + offsets)
-    shape = seen.shape - seen.shape[_PALM].mean(axis=0)
+    shape = seen.shape - seen.shape[PALM].mean(axis=0)
     shape *= _length(rest) / max(_length(shape), 1e-6)
     relative = with_bones(shape)[:, 2]
-    rays = _rays(frame.camera, seen.pixels)
+    rays = lines_of_sight(frame.camera, seen.pixels)
     by_size = _spread(shape[:, :2]) / max(_spread(rays[:, :2]), 1e-6)
     patch = max(1, round(_PATCH * seen.square.side))
     measured = measured_depth(frame.depth, with_bones(seen.pixels), patch)
@@ -198,14 +197,14 @@ def _start(
         FITTED_LIMITS,
         shipped_posture(),
     )
-    turned = _turned(rest[_PALM], shape[_PALM])
+    turned = _turned(rest[PALM], shape[PALM])
     found = []
     for palm in palm_depths(measured, relative, by_size):
         depth = skin_depth(measured, relative, palm)
         elsewhere = measured[(measured > 0.0) & (depth == 0.0)]
-        middle = rays[_PALM].mean(axis=0) * (palm + _KNUCKLE_DEPTH)
+        middle = rays[PALM].mean(axis=0) * (palm + _KNUCKLE_DEPTH)
         state, rotation = np.zeros(27, np.float32), np.array(turned, np.float32, order="C")
-        state[:3] = middle - turned @ rest[_PALM].mean(axis=0)
+        state[:3] = middle - turned @ rest[PALM].mean(axis=0)
         state[6:26] = shipped_posture().mean
         state[26] = math.log(config.usual_size)
         weights = config.weights(palm)
@@ -219,7 +218,7 @@ def _start(
     return min(found, key=lambda start: start.cost)
 
 
-def _rays(camera: Camera, pixels: Array) -> Array:
+def lines_of_sight(camera: Camera, pixels: Array) -> Array:
     """Return the points (n, 3) at 1 m on the lines of sight of pixels (n, 2)."""
     flat = (pixels - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
     return np.column_stack([flat, np.ones(len(pixels))])
@@ -228,7 +227,7 @@ def _rays(camera: Camera, pixels: Array) -> Array:
 def _skin_thickness() -> Array:
     """Return how far (41,) joints and bones lie below the skin of a hand of normal size [m]."""
     thickness = np.full(41, _FINGER_DEPTH)
-    thickness[_PALM] = _KNUCKLE_DEPTH
+    thickness[PALM] = _KNUCKLE_DEPTH
     thickness[21::4] = _METACARPAL_DEPTH
     return thickness
 

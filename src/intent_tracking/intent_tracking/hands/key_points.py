@@ -7,6 +7,7 @@ from intent_tracking.hands.key_point_start import (
     KeyPointConfig,
     key_point_offsets,
     key_point_trust,
+    lines_of_sight,
 )
 from intent_tracking.hands.seen_hand import SeenHand
 from intent_tracking.image.frame_evidence import KeyEvidence
@@ -18,7 +19,7 @@ def key_evidence(seen: SeenHand, camera: Camera, side: Side, config: KeyPointCon
 
     A key point's weight is the hand's presence times its own trust.
     """
-    rays = (seen.pixels - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
+    rays = lines_of_sight(camera, seen.pixels)[:, :2]
     weights = seen.presence * key_point_trust(seen.pixels, config)
     return KeyEvidence(
         rays.astype(np.float32),

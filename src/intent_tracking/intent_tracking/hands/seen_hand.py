@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from intent_perception.basics.arrays import Array
 from intent_tracking.hands.hand_square import HandSquare
 
+PALM = [0, 5, 9, 13, 17]
+"""Wrist and knuckles among the 21 joints and key points."""
+
 
 @dataclass(frozen=True, eq=False)
 class SeenHand:

@@ -4,11 +4,10 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import Camera
+from intent_tracking.hands.seen_hand import PALM
 from intent_tracking.image.frame_evidence import KeyEvidence
 from intent_tracking.scene.body_state import BodyState
 
-PALM = [0, 5, 9, 13, 17]
-"""Wrist and knuckles among the 21 joints."""
 _NUDGE = 0.008
 """A prediction is moved if the palm is seen farther beside it than this [m]."""
 
@@ -37,5 +36,5 @@ def palm_pixel(camera: Camera, joints: Floats) -> Array:
 
 def pixels_of(camera: Camera, points: Array) -> Array:
     """Return where points (n, 3) of the camera's frame are seen (n, 2) [pixels]."""
-    flat = points[:, :2] / np.maximum(points[:, 2:], 0.05)
-    return np.asarray(flat * [camera.fx, camera.fy] + [camera.cx, camera.cy])
+    in_front = np.column_stack([points[:, :2], np.maximum(points[:, 2], 0.05)])
+    return camera.project(in_front)

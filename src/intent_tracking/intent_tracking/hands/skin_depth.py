@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.camera import DepthImage
+from intent_tracking.hands.seen_hand import PALM
 
 BONES = np.array([(0 if j % 4 == 1 else j - 1, j) for j in range(1, 21)])
 """(20, 2) key points at the ends of each bone, palm side first."""
@@ -111,7 +112,7 @@ def hand_mask(depth: DepthImage, pixels: Array, sampled: Array) -> NDArray[np.bo
     mask = np.zeros(depth.shape, np.uint8)
     palm = float(np.linalg.norm(pixels[9] - pixels[0]))
     width = max(1, round(0.08 * palm))
-    corners = np.rint(pixels[[0, 5, 9, 13, 17]]).astype(np.int32)
+    corners = np.rint(pixels[PALM]).astype(np.int32)
     inner = corners.mean(axis=0) + 0.85 * (corners - corners.mean(axis=0))
     cv2.fillConvexPoly(mask, cv2.convexHull(np.rint(inner).astype(np.int32)), 1)
     known = sampled > 0.0

@@ -1,6 +1,6 @@
 """The tracker (Sec. III-B): a hand and N known objects, 26 + 6 N values from every RGB-D frame."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -238,7 +238,7 @@ class Tracker:
         return visible or self._watch.hand is not None
 
     def _seen_hypotheses(self, frame: RgbdFrame) -> list[Hypothesis]:
-        """Return what the networks' key points say, each fitted once, best first."""
+        """Return what the networks' key points say, each fitted once."""
         found = []
         for start in self._seen_starts(frame):
             state = self._still_life.track.state.replaced([], start.state)
@@ -251,7 +251,7 @@ class Tracker:
             hypothesis.gap = self._judge.gap(hypothesis.track, fit.state)
             if fit.cost < self.config.accept_cost or self._judge.supported(hypothesis):
                 found.append(hypothesis)
-        return sorted(found, key=self._judge.rank)
+        return found
 
     def _seen_starts(self, frame: RgbdFrame) -> list[KeyPointStart]:
         """Return starts from the networks' key points, and learn the colours of what they see."""
@@ -293,24 +293,23 @@ class Tracker:
         for start in self._rival_starts(leader, frame):
             rival = self._rival(leader, start.side, start.state, frame)
             lead = self._judge.odd(leader) - self._judge.odd(rival)
-            if (
-                self._watch.hand is not None
-            ):  # at this place; depth that explains a hand is believed
+            if self._watch.hand is not None:
+                # Both are where it is seen: depth that explains the leader is believed.
                 lead *= min(1.0, (leader.mean_cost / _USUAL_COST) ** 2)
             cost = self._judge.judged(leader.track.cost)
             if self._judge.judged(rival.track.cost) < self.config.better * cost + lead:
                 self._hypotheses = [rival]
                 leader = rival
 
-    def _rival_starts(self, leader: Hypothesis, frame: RgbdFrame) -> list[HandStart]:
+    def _rival_starts(
+        self, leader: Hypothesis, frame: RgbdFrame
+    ) -> Sequence[HandStart | KeyPointStart]:
         """Return the best start of each side that may be the leader's hand."""
         young = leader.age <= max(self.config.young_trials)
         if self._watch.seen is not None:
-            return [
-                HandStart(start.side, start.state, start.cost) for start in self._seen_starts(frame)
-            ]
+            return self._seen_starts(frame)
         side = leader.track.hand.side
-        sides: tuple[Side, ...] = ("right", "left") if young else (side,)
+        sides = SIDES if young else (side,)
         best: dict[Side, HandStart] = {}
         place = leader.track.state.values[:3]
         for candidate in self._starts(frame, sides):
