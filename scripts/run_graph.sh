@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# Run the five nodes for a live camera or a bag until Ctrl-C.
-# usage: scripts/run_graph.sh [--bag BAG] [--models DB] [--params FILE] [ROS argument...]
-#   --bag BAG      play this bag in real time; without it the nodes wait for a camera
+# Run the five nodes for a live camera until Ctrl-C, or for a bag until it has been played.
+# usage: scripts/run_graph.sh [--bag BAG [--rate R] [--lockstep]] [--models DB] [--params FILE] [ROS argument...]
+#   --bag BAG      play this bag once the nodes are ready; without it they wait for a camera
+#   --rate R       play it at this speed, 1 = as recorded
+#   --lockstep     play it frame by frame, each once the one before has been answered
 #   --models DB    object database: a YAML file or a folder with one; default: the shipped 48 objects
 #   --params FILE  parameters of the nodes (see src/*/config)
 #   others         handed to every node, e.g. -r rgb/camera_info:=/camera/color/camera_info
@@ -11,14 +13,19 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 source "$here/environment.sh"
 # shellcheck source=scripts/graph.sh
 source "$here/graph.sh"
-bag='' arguments=()
+bag='' arguments=() player=()
 while [ $# -gt 0 ]; do
   case $1 in
-    --bag | --models | --params) [ $# -gt 1 ] || fail "$1 needs a value" ;;&
+    --bag | --rate | --models | --params) [ $# -gt 1 ] || fail "$1 needs a value" ;;&
     --bag) bag=$(realpath "$2") && shift 2 ;;
+    --rate) player+=(--rate "$2") && shift 2 ;;
+    --lockstep)
+      player+=(--lockstep --timeout 480)
+      arguments+=(--params-file "$root/src/intent_imitation/config/lockstep.yaml") && shift
+      ;;
     --models) arguments+=(-p "models:=$(realpath "$2")") && shift 2 ;;
     --params) arguments+=(--params-file "$(realpath "$2")") && shift 2 ;;
-    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0" && exit ;;
+    -h | --help) sed -n '2,10s/^# \{0,1\}//p' "$0" && exit ;;
     *) arguments+=("$1") && shift ;;
   esac
 done
@@ -34,6 +41,12 @@ start intent_perception recognizer --ros-args "${arguments[@]}"
 start intent_tracking tracker --ros-args "${arguments[@]}"
 start intent_tracking grasp_detector --ros-args "${arguments[@]}"
 start intent_inference inference --ros-args "${arguments[@]}"
-start intent_imitation imitation --ros-args -r imitation/robot_objects:=/intent/objects "${arguments[@]}"
-[ -z "$bag" ] || start intent_perception replay "$bag" --subscribers 2
+start intent_imitation imitation --ros-args -r imitation/robot_objects:=intent/objects "${arguments[@]}"
+if [ -n "$bag" ]; then
+  nodes=("${pids[@]}")
+  start intent_perception replay "$bag" --subscribers 2 --wait 120 "${player[@]}" \
+    --await recognizer tracker grasp_detector inference imitation
+  finish "${pids[-1]}" "${nodes[@]}" || fail "the bag was not played to its end; see the messages above"
+  exit
+fi
 while any_alive; do sleep 0.2; done

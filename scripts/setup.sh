@@ -92,6 +92,23 @@ forget_kernels() {
   find src -path '*/__pycache__/*.nb?' -delete
 }
 
+# Every node goes once through a rehearsal, two at a time, which compiles what it needs.
+compile_kernels() {
+  forget_kernels
+  export ROS_AUTOMATIC_DISCOVERY_RANGE=OFF OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+  enter_overlay
+  local node
+  compile_one() {
+    "$root/install/$1/lib/$1/$2" --rehearse >"$venv/kernels-$2.log" 2>&1 || { tail -3 "$venv/kernels-$2.log" >&2 && return 1; }
+    echo "setup: kernels of $2 compiled after ${SECONDS} s"
+  }
+  (compile_one intent_perception recognizer && compile_one intent_imitation imitation) &
+  compile_one intent_tracking tracker
+  compile_one intent_tracking grasp_detector
+  compile_one intent_inference inference
+  wait $! || fail "kernels could not be compiled; see $venv/kernels-*.log"
+}
+
 exec 9>"$root/.setup.lock"
 flock 9 # two scripts started together set up once
 if [ ! -x "$venv/bin/python" ]; then
@@ -106,4 +123,4 @@ once build msg_defs colcon.meta src/*/package.xml src/*/setup.* src/*/config src
   -- build
 (once hand-networks src/intent_tracking/intent_tracking/hands/network_files.py -- fetch_networks) || true
 mapfile -t kernels < <(grep -rlE --include='*.py' '^@(\w+_)?kernel$' src)
-once kernels "${kernels[@]}" -- forget_kernels
+once kernels "${kernels[@]}" -- compile_kernels

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.support.bag_runs import folders, replay
+from tests.support.bag_runs import folders
 
+from intent_inference.workshop.recipes.bag_run import run_frames
 from intent_perception.bags.bag_files import read_frames
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
@@ -46,7 +47,7 @@ def _without_depth(frames: list[RgbdFrame]) -> Iterator[RgbdFrame]:
 def test_without_depth_nothing_is_recognised_and_no_hand_invented(
     frames: list[RgbdFrame], database: ObjectDatabase
 ) -> None:
-    run = replay(_without_depth(frames), database)
+    run = run_frames(_without_depth(frames), database)
     assert all(not answer.objects for _, answer in run.recognized)
     assert all(not state.hand_tracked and np.isnan(state.state[:26]).all() for state in run.states)
     assert not run.grasps
@@ -55,7 +56,7 @@ def test_without_depth_nothing_is_recognised_and_no_hand_invented(
 def test_lost_frames_still_give_one_state_each_with_their_own_stamp(
     frames: list[RgbdFrame], database: ObjectDatabase
 ) -> None:
-    run = replay(iter(frames), database)
+    run = run_frames(iter(frames), database)
     assert [state.stamp for state in run.states] == [frame.stamp for frame in frames]
     assert any(state.hand_tracked for state in run.states)
     assert len(run.grasps) <= 1
@@ -64,7 +65,7 @@ def test_lost_frames_still_give_one_state_each_with_their_own_stamp(
 def test_a_bag_that_ends_in_the_reach_gives_no_grasp(
     frames: list[RgbdFrame], database: ObjectDatabase
 ) -> None:
-    run = replay(iter(frames[:4]), database)
+    run = run_frames(iter(frames[:4]), database)
     assert len(run.states) == 4
     assert not run.grasps
 
@@ -73,7 +74,7 @@ def test_a_hand_that_a_lost_image_hides_is_flagged_and_comes_back(
     frames: list[RgbdFrame], database: ObjectDatabase
 ) -> None:
     hidden = replace(frames[-2], depth=np.zeros_like(frames[-2].depth))
-    run = replay(iter([*frames[:-2], hidden, frames[-1]]), database)
+    run = run_frames(iter([*frames[:-2], hidden, frames[-1]]), database)
     assert not run.states[-2].hand_tracked
     assert np.isnan(run.states[-2].state[:26]).all()
     assert run.states[-1].hand_visible

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.support.bag_runs import ROOT, Run, Verdict, folders, joint_error, judge, replay_bag
+from tests.support.bag_runs import ROOT, Verdict, folders, joint_error, judge
+
+from intent_inference.workshop.recipes.bag_run import BagRun, run_bag
 
 pytestmark = [pytest.mark.bags, pytest.mark.slow]
 
@@ -15,14 +17,14 @@ _FRAMES = 10
 
 
 @pytest.fixture(scope="module")
-def runs(request: pytest.FixtureRequest) -> dict[Path, Run]:
+def runs(request: pytest.FixtureRequest) -> dict[Path, BagRun]:
     """Every bag that is there; asked for by `-m bags`, the missing ones are made first."""
     if request.config.getoption("markexpr") == "bags":
         _make_missing()
     found = [folder for folder in folders() if folder.name != "robot_table"]
     if not found:
         pytest.skip("no bag: python bags/make.py")
-    return {folder: replay_bag(folder) for folder in found}
+    return {folder: run_bag(folder) for folder in found}
 
 
 def _make_missing() -> None:
@@ -36,7 +38,7 @@ def _make_missing() -> None:
 
 
 @pytest.fixture(scope="module")
-def verdicts(runs: dict[Path, Run]) -> list[Verdict]:
+def verdicts(runs: dict[Path, BagRun]) -> list[Verdict]:
     judged = [verdict for folder, run in runs.items() for verdict in judge(folder, run)]
     sys.stdout.write("\n" + "\n".join([*_lines(judged), *_tracks(runs), *_summary(judged)]) + "\n")
     return judged
@@ -52,7 +54,7 @@ def _lines(judged: list[Verdict]) -> list[str]:
     return lines
 
 
-def _tracks(runs: dict[Path, Run]) -> list[str]:
+def _tracks(runs: dict[Path, BagRun]) -> list[str]:
     lines = []
     for folder, run in runs.items():
         error, lost, seen = joint_error(folder, run)
@@ -85,7 +87,7 @@ def test_each_demonstration_gives_one_grasp_at_the_right_moment(verdicts: list[V
     assert np.mean(found) >= 0.8
 
 
-def test_a_bag_without_a_grasp_gives_none(runs: dict[Path, Run]) -> None:
+def test_a_bag_without_a_grasp_gives_none(runs: dict[Path, BagRun]) -> None:
     for folder, run in runs.items():
         if folder.name.startswith("no_grasp"):
             assert not run.grasps
@@ -97,7 +99,9 @@ def test_the_true_task_comes_first_or_second(verdicts: list[Verdict]) -> None:
     assert np.mean([rank <= 2 for rank in ranks]) >= 0.85
 
 
-def test_every_frame_gives_a_state_of_the_right_size_with_its_stamp(runs: dict[Path, Run]) -> None:
+def test_every_frame_gives_a_state_of_the_right_size(
+    runs: dict[Path, BagRun],
+) -> None:
     for folder, run in runs.items():
         stamps = np.load(folder / "truth.npz")["stamps"]
         assert [state.stamp for state in run.states] == stamps.tolist()

@@ -1,8 +1,7 @@
 """Bags through the steps of the four packages in one process, wired as the nodes are."""
 
 from collections import Counter
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -10,35 +9,16 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator, TaskPosterior
+from intent_inference.intention.estimator import TaskPosterior
 from intent_inference.quantisation.variables import OBJECT_CLASS
+from intent_inference.workshop.recipes.bag_run import BagRun, models_file
 from intent_inference.workshop.training.labelled_table import GraspTable, read_grasps
-from intent_perception.bags.bag_files import read_frames
-from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import inverse, transform_points
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
-from intent_perception.recognition.recognizer import RecognizedObjects, Recognizer
-from intent_tracking.grasp.grasp_detector import GraspDetector, StableGrasp
 from intent_tracking.scene.hand_model import HandModel
-from intent_tracking.scene.scene_state import SceneState
-from intent_tracking.tracker.tracker import Tracker
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "src/intent_inference/intent_inference/share/data/human.csv.gz"
-
-
-@dataclass
-class Run:
-    """What came out of one bag."""
-
-    recognized: list[tuple[int, RecognizedObjects]] = field(default_factory=list)
-    """Each answer with its frame."""
-    states: list[SceneState] = field(default_factory=list)
-    """One per frame."""
-    grasps: list[tuple[int, StableGrasp]] = field(default_factory=list)
-    """Each stable grasp with its frame."""
-    posteriors: list[TaskPosterior] = field(default_factory=list)
-    """The final one of each grasp."""
 
 
 def folders() -> list[Path]:
@@ -52,40 +32,7 @@ def folders() -> list[Path]:
 
 def database_of(folder: Path) -> ObjectDatabase:
     """Return the objects that the bag is to be run with."""
-    own = folder / "models.yaml"
-    return ObjectDatabase.load(own if own.exists() else None)
-
-
-def replay(frames: Iterable[RgbdFrame], database: ObjectDatabase, models: str = "") -> Run:
-    """Return what recogniser, tracker, grasp detector and inference say about frames."""
-    run = Run()
-    recognizer, detector = Recognizer(database), GraspDetector(database)
-    tracker = Tracker({model.name: model for model in database})
-    estimator = IntentionEstimator(InferenceConfig(models=models))
-    waiting: RecognizedObjects | None = None
-    for index, frame in enumerate(frames):
-        objects = recognizer.step(frame)
-        if objects is not None:
-            run.recognized.append((index, objects))
-            waiting = objects
-        if waiting is not None and not (run.states and run.states[-1].hand_visible):
-            tracker.start(waiting)
-            waiting = None
-        state = tracker.step(frame)
-        run.states.append(state)
-        grasp = detector.step(state)
-        if grasp is not None:
-            run.grasps.append((index, grasp))
-            posterior = estimator.step(grasp)
-            assert posterior is not None
-            run.posteriors.append(posterior)
-    return run
-
-
-def replay_bag(folder: Path) -> Run:
-    """Return the run of a bag with the database that belongs to it."""
-    own = folder / "models.yaml"
-    return replay(read_frames(folder), database_of(folder), str(own) if own.exists() else "")
+    return ObjectDatabase.load(models_file(folder))
 
 
 @dataclass(frozen=True)
@@ -108,7 +55,7 @@ class Verdict:
     """The same by the class alone."""
 
 
-def judge(folder: Path, run: Run) -> list[Verdict]:
+def judge(folder: Path, run: BagRun) -> list[Verdict]:
     """Return a verdict on each demonstration of a bag."""
     truth = dict(np.load(folder / "truth.npz"))
     clutter = ObjectDatabase.clutter()
@@ -138,7 +85,7 @@ def judge(folder: Path, run: Run) -> list[Verdict]:
 
 
 def recognition_error(
-    truth: dict[str, Any], act: int, run: Run, database: ObjectDatabase, model: ObjectModel
+    truth: dict[str, Any], act: int, run: BagRun, database: ObjectDatabase, model: ObjectModel
 ) -> tuple[float, str]:
     """Return the error of the grasped object's pose at the touch [m] and what it was taken for."""
     touch = int(truth["touch_frame"][act])
@@ -171,7 +118,7 @@ def recognition_error(
     return best, name
 
 
-def joint_error(folder: Path, run: Run) -> tuple[float, float, int]:
+def joint_error(folder: Path, run: BagRun) -> tuple[float, float, int]:
     """Return mean joint error [m] where tracked, share of lost frames, and frames in view."""
     truth = dict(np.load(folder / "truth.npz"))
     errors, lost, seen = [], 0, 0

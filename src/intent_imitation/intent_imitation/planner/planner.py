@@ -112,6 +112,7 @@ class GraspPlanner:
         self._model = model
         self._hand = GraspingHand.load(library.hand)
         self._source = HypothesisSource(database, library, self._hand, self._config.unshaken)
+        self._example = database.models[0]
         self._objects: RecognizedObjects | None = None
         self._chances: dict[tuple[str, str], tuple[Array, Array]] = {}
 
@@ -126,6 +127,16 @@ class GraspPlanner:
             if self._source.knows(item.model):
                 self._source.distance(item.model)
                 self._chance(item.model, item.object_class)
+
+    def rehearse(self) -> None:
+        """Plan on an invented table, so that the first real plan finds everything loaded."""
+        model = self._example
+        pose = model.stable_poses[0] if len(model.stable_poses) else np.eye(4)
+        item = RecognizedObject(model.name, model.name, model.object_class, pose, 1.0, 1.0)
+        self.start(RecognizedObjects(0, (item,), np.eye(4)))
+        for task in self._model.tasks:
+            self.plan(task)
+        self._objects = None
 
     @property
     def config(self) -> PlannerConfig:

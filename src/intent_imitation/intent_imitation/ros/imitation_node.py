@@ -18,10 +18,11 @@ class ImitationNode(IntentNode):
     def __init__(self) -> None:
         super().__init__("imitation")
         self._planner = GraspPlanner(declared_database(self), declared(self, PlannerConfig()))
+        self._planner.rehearse()
         self.reset()
-        self._publisher = self.create_publisher(msgs.GraspPlan, "/intent/grasp_plan", LATCHED)
+        self._publisher = self.create_publisher(msgs.GraspPlan, "intent/grasp_plan", LATCHED)
         self.listen(msgs.RecognizedObjects, "~/robot_objects", self._on_objects, LATCHED)
-        self.listen(msgs.TaskPosterior, "/intent/task_posterior", self._on_posterior, LATCHED)
+        self.listen(msgs.TaskPosterior, "intent/task_posterior", self._on_posterior, LATCHED)
 
     def reset(self) -> None:
         """Forget the task that waits for a table."""

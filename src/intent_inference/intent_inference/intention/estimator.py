@@ -16,7 +16,8 @@ from intent_inference.quantisation.variables import OBJECT_CLASS
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.parameters import Checked
 from intent_perception.objects.database import ObjectDatabase
-from intent_tracking.grasp.grasp_detector import StableGrasp
+from intent_tracking.grasp.grasp_detector import GraspDetector, StableGrasp
+from intent_tracking.grasp.rehearsal_states import rehearsal_states
 from intent_tracking.scene.scene_state import SceneState
 
 
@@ -88,15 +89,16 @@ class IntentionEstimator:
     """Final posteriors of stable grasps and preliminary ones of reaching hands."""
 
     def __init__(self, config: InferenceConfig | None = None) -> None:
-        """Load the model; the objects are loaded with the first reach.
+        """Load the model and the objects.
 
         Raises:
             ModelFileError: if the model file cannot be used.
         """
         self._config = config or InferenceConfig()
         self._model = load_model(self._config.model) if self._config.model else shipped_model()
-        self._database: ObjectDatabase | None = None
-        self._reach: ReachFilter | None = None
+        reach = ReachConfig(memory=self._config.reach_memory, range=self._config.reach_range)
+        self._database = ObjectDatabase.load(self._config.models or None)
+        self._reach = ReachFilter(self._model, self._database, reach)
         self._prior = float(np.log(self._config.prior / (1.0 - self._config.prior)))
 
     @property
@@ -106,8 +108,16 @@ class IntentionEstimator:
 
     def reset(self) -> None:
         """Forget the reach so far."""
-        if self._reach is not None:
-            self._reach.reset()
+        self._reach.reset()
+
+    def rehearse(self) -> None:
+        """Go through an invented grasp, so that the first real one finds everything loaded."""
+        detector = GraspDetector(self._database)
+        for state in rehearsal_states(self._database.models[0], 12):
+            self.step(state)
+            if (grasp := detector.step(state)) is not None:
+                self.step(grasp)
+        self.reset()
 
     def step(self, observation: StableGrasp | SceneState) -> TaskPosterior | None:
         """Return the posterior of a stable grasp, or a preliminary one of a frame of a reach.
@@ -120,8 +130,7 @@ class IntentionEstimator:
         return self._preliminary(observation)
 
     def _final(self, grasp: StableGrasp) -> TaskPosterior:
-        if self._reach is not None:
-            self._reach.hold(grasp.object_id)
+        self._reach.hold(grasp.object_id)
         features = stack_features([grasp.features])
         deviations = least_deviations(features, self._config, stack_features([grasp.std]))
         evidence = self._model.evidence(features, deviations)
@@ -134,10 +143,6 @@ class IntentionEstimator:
         )
 
     def _preliminary(self, state: SceneState) -> TaskPosterior | None:
-        if self._reach is None:
-            self._database = ObjectDatabase.load(self._config.models or None)
-            reach = ReachConfig(memory=self._config.reach_memory, range=self._config.reach_range)
-            self._reach = ReachFilter(self._model, self._database, reach)
         found = self._reach.step(state)
         if found is None:
             return None

@@ -82,6 +82,7 @@ class ReachFilter:
         self._palm: Array | None = None
         self._velocity = np.zeros(3)
         self._held: str | None = None
+        self._newest = -1
 
     def hold(self, object_id: str) -> None:
         """Say nothing until the hand has let go of this object."""
@@ -90,6 +91,11 @@ class ReachFilter:
 
     def step(self, state: SceneState) -> ReachForecast | None:
         """Return the forecast up to a frame; None without a hand near a known object."""
+        for name in state.object_models:
+            self._geometry(name)  # slow the first time; that must not fall into the reach
+        if state.stamp < self._newest:  # another recording begins
+            self.reset()
+        self._newest = state.stamp
         if not state.hand_tracked:
             return None
         palm = transform_points(state.T_table_hand, palm_of(state.hand_side))
@@ -155,10 +161,10 @@ class ReachFilter:
 
     def _geometry(self, name: str) -> GraspedShape | None:
         if name not in self._geometries:
-            try:
-                self._geometries[name] = GraspedShape(self._database[name])
-            except KeyError:
-                self._geometries[name] = None
+            known = name in self._database
+            self._geometries[name] = GraspedShape(self._database[name]) if known else None
+            if (shape := self._geometries[name]) is not None:
+                _ = shape.convexity, shape.mirror
         return self._geometries[name]
 
     def _gap(self, state: SceneState, index: int, palm_table: Array) -> float:

@@ -16,9 +16,10 @@ class InferenceNode(IntentNode):
     def __init__(self) -> None:
         super().__init__("inference")
         self._estimator = IntentionEstimator(declared(self, InferenceConfig()))
-        self._publisher = self.create_publisher(TaskPosterior, "/intent/task_posterior", LATCHED)
-        self.listen(StableGrasp, "/intent/stable_grasp", self._on_grasp, LATCHED)
-        self.listen(SceneState, "/intent/scene_state", self._on_state, RESULTS)
+        self._estimator.rehearse()
+        self._publisher = self.create_publisher(TaskPosterior, "intent/task_posterior", LATCHED)
+        self.listen(StableGrasp, "intent/stable_grasp", self._on_grasp, LATCHED)
+        self.listen(SceneState, "intent/scene_state", self._on_state, RESULTS)
 
     def reset(self) -> None:
         """Forget the reach."""

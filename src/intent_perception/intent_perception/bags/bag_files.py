@@ -180,7 +180,8 @@ def read_frames(
     count = 0
     for message in read_messages(path, (topics.color, topics.depth, topics.info)):
         try:
-            frame = add[message.topic](message.decoded())
+            messages = add[message.topic](message.decoded())
+            frame = messages.decoded() if messages is not None else None
         except ValueError as error:
             if on_bad_frame is None:
                 raise ValueError(f"bag {path}: {error}") from error

@@ -92,6 +92,26 @@ class SynchroniserConfig(Checked):
     """Images of each kind that wait for their partner, 1..100."""
 
 
+@dataclass(frozen=True, eq=False)
+class FrameMessages:
+    """The messages of one frame; decoding them costs more than everything before it."""
+
+    stamp: int
+    """Of the depth image [ns]."""
+    color: Any
+    depth: Any
+    info: Any
+
+    def decoded(self) -> RgbdFrame:
+        """Return the frame.
+
+        Raises:
+            ValueError: if it cannot be decoded.
+        """
+        color, depth = color_from(self.color), depth_from(self.depth)
+        return RgbdFrame(self.stamp, color, depth, camera_from(self.info))
+
+
 class FrameSynchroniser:
     """Gathers colour, depth and camera_info messages into frames, in order of the depth stamps."""
 
@@ -119,26 +139,21 @@ class FrameSynchroniser:
         """Inputs of which nothing has arrived since the last reset."""
         return tuple(n for n in ("colour", "depth", "camera_info") if n not in self._seen)
 
-    def add_info(self, message: Any) -> RgbdFrame | None:
+    def add_info(self, message: Any) -> FrameMessages | None:
         """Take a camera_info; return the frame that waited for it, if any (see `add_depth`)."""
         self._info = message
         self._seen.add("camera_info")
         return self._match()
 
-    def add_color(self, message: Any) -> RgbdFrame | None:
+    def add_color(self, message: Any) -> FrameMessages | None:
         """Take a colour image; return the frame it completes, if any (see `add_depth`)."""
         return self._add("colour", message)
 
-    def add_depth(self, message: Any) -> RgbdFrame | None:
-        """Take a depth image; return the frame it completes, if any.
-
-        Raises:
-            ValueError: if the completed frame cannot be decoded; it is dropped and the next one is
-                unaffected.
-        """
+    def add_depth(self, message: Any) -> FrameMessages | None:
+        """Take a depth image; return the frame it completes, if any."""
         return self._add("depth", message)
 
-    def _add(self, kind: str, message: Any) -> RgbdFrame | None:
+    def _add(self, kind: str, message: Any) -> FrameMessages | None:
         stamp = stamp_of(message)
         if stamp < self._newest - self._jump:
             info = self._info
@@ -158,7 +173,7 @@ class FrameSynchroniser:
             self.dropped += 1
         return self._match()
 
-    def _match(self) -> RgbdFrame | None:
+    def _match(self) -> FrameMessages | None:
         if self._info is None:
             return None
         for depth_index, (stamp, depth) in enumerate(self._depth):
@@ -167,9 +182,7 @@ class FrameSynchroniser:
                     self._forget(self._depth, depth_index)
                     self._forget(self._color, color_index)
                     self._emitted = stamp
-                    return RgbdFrame(
-                        stamp, color_from(color), depth_from(depth), camera_from(self._info)
-                    )
+                    return FrameMessages(stamp, color, depth, self._info)
         return None
 
     def _forget(self, queue: deque[tuple[int, Any]], index: int) -> None:

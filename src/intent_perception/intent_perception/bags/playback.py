@@ -38,7 +38,8 @@ def parse_options(arguments: Sequence[str]) -> argparse.Namespace:
     add("--objects-only", action="store_true", help="with --lockstep: end once objects are known")
     add("--subscribers", type=int, default=1, help="wait for so many subscribers of the depth")
     add("--listeners", type=int, default=0, help="... and of /intent/scene_state, this one counts")
-    add("--wait", type=float, default=30.0, help="longest wait for subscribers [s]")
+    add("--await", nargs="*", default=[], dest="nodes", help="wait until these nodes are ready")
+    add("--wait", type=float, default=30.0, help="longest wait for subscribers and nodes [s]")
     add("--timeout", type=float, default=60.0, help="with --lockstep: longest wait for an answer")
     options = parser.parse_args(arguments)
     if options.rate <= 0.0 or options.start_offset < 0.0:

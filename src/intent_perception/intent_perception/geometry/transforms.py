@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.kernels import exact_kernel
 
 _SMALL_ANGLE = 1e-8
 _DEGENERATE = 1e-12
@@ -16,24 +17,47 @@ _DEGENERATE = 1e-12
 def rotation_from_vector(vector: ArrayLike) -> Array:
     """Return the rotation matrices (..., 3, 3) of the rotation vectors (..., 3) [rad]."""
     vector = np.asarray(vector, dtype=np.float64)
-    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
-    skew = _skew(vector)
-    safe = np.where(angle < _SMALL_ANGLE, 1.0, angle)
-    sine = np.where(angle < _SMALL_ANGLE, 1.0, np.sin(safe) / safe)
-    cosine = np.where(angle < _SMALL_ANGLE, 0.5, (1.0 - np.cos(safe)) / safe**2)
-    rotation: Array = np.eye(3) + sine * skew + cosine * (skew @ skew)
-    return rotation
+    rotations = np.empty((vector.size // 3, 3, 3))
+    _rotations(np.ascontiguousarray(vector).reshape(-1, 3), rotations)
+    return rotations.reshape(*vector.shape[:-1], 3, 3)
+
+
+@exact_kernel
+def _rotations(vectors: Array, rotations: Array) -> None:
+    """Write Rodrigues' formula; compiled, because for single vectors numpy takes long."""
+    for k in range(len(vectors)):
+        x, y, z = vectors[k, 0], vectors[k, 1], vectors[k, 2]
+        squared = x * x + y * y + z * z
+        angle = np.sqrt(squared)
+        sine, cosine = 1.0, 0.5
+        if angle >= _SMALL_ANGLE:
+            sine, cosine = np.sin(angle) / angle, (1.0 - np.cos(angle)) / squared
+        rotations[k, 0, 0] = 1.0 - cosine * (y * y + z * z)
+        rotations[k, 1, 1] = 1.0 - cosine * (x * x + z * z)
+        rotations[k, 2, 2] = 1.0 - cosine * (x * x + y * y)
+        rotations[k, 0, 1] = cosine * x * y - sine * z
+        rotations[k, 1, 0] = cosine * x * y + sine * z
+        rotations[k, 0, 2] = cosine * x * z + sine * y
+        rotations[k, 2, 0] = cosine * x * z - sine * y
+        rotations[k, 1, 2] = cosine * y * z - sine * x
+        rotations[k, 2, 1] = cosine * y * z + sine * x
 
 
 def vector_from_rotation(rotation: ArrayLike) -> Array:
     """Return the rotation vectors (..., 3) [rad], angle in [0, pi], of matrices (..., 3, 3)."""
-    quaternion = quaternion_from_rotation(rotation)
-    sine = np.linalg.norm(quaternion[..., :3], axis=-1)
-    angle = 2.0 * np.arctan2(sine, quaternion[..., 3])
-    safe = np.where(sine < _SMALL_ANGLE, 1.0, sine)
-    factor = np.where(sine < _SMALL_ANGLE, 2.0, angle / safe)
-    vector: Array = quaternion[..., :3] * factor[..., None]
-    return vector
+    quaternions = quaternion_from_rotation(rotation)
+    vectors = np.empty((quaternions.size // 4, 3))
+    _vectors(quaternions.reshape(-1, 4), vectors)
+    return vectors.reshape(*quaternions.shape[:-1], 3)
+
+
+@exact_kernel
+def _vectors(quaternions: Array, vectors: Array) -> None:
+    for k in range(len(quaternions)):
+        x, y, z, w = quaternions[k]
+        sine = np.sqrt(x * x + y * y + z * z)
+        factor = 2.0 if sine < _SMALL_ANGLE else 2.0 * np.arctan2(sine, w) / sine
+        vectors[k, 0], vectors[k, 1], vectors[k, 2] = factor * x, factor * y, factor * z
 
 
 def rotation_from_quaternion(quaternion: ArrayLike) -> Array:
@@ -60,27 +84,37 @@ def rotation_from_quaternion(quaternion: ArrayLike) -> Array:
 def quaternion_from_rotation(rotation: ArrayLike) -> Array:
     """Return the unit quaternions (..., 4) as x, y, z, w with w >= 0 of matrices (..., 3, 3)."""
     matrix = np.asarray(rotation, dtype=np.float64)
-    xx, yy, zz = matrix[..., 0, 0], matrix[..., 1, 1], matrix[..., 2, 2]
-    xy, yx = matrix[..., 0, 1], matrix[..., 1, 0]
-    xz, zx = matrix[..., 0, 2], matrix[..., 2, 0]
-    yz, zy = matrix[..., 1, 2], matrix[..., 2, 1]
-    # Each row is the same quaternion times four times one of its components; the row of the
-    # largest component is far from 0/0 (Shepperd's method).
-    candidates = np.stack(
-        [
-            np.stack([1 + xx - yy - zz, xy + yx, xz + zx, zy - yz], axis=-1),
-            np.stack([xy + yx, 1 - xx + yy - zz, yz + zy, xz - zx], axis=-1),
-            np.stack([xz + zx, yz + zy, 1 - xx - yy + zz, yx - xy], axis=-1),
-            np.stack([zy - yz, xz - zx, yx - xy, 1 + xx + yy + zz], axis=-1),
-        ],
-        axis=-2,
-    )
-    diagonal = np.einsum("...ii->...i", candidates)
-    best = np.argmax(diagonal, axis=-1)[..., None, None]
-    quaternion = np.take_along_axis(candidates, best, axis=-2)[..., 0, :]
-    quaternion = quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True)
-    positive: Array = np.where(quaternion[..., 3:] < 0.0, -quaternion, quaternion)
-    return positive
+    quaternions = np.empty((matrix.size // 9, 4))
+    _quaternions(np.ascontiguousarray(matrix).reshape(-1, 3, 3), quaternions)
+    return quaternions.reshape(*matrix.shape[:-2], 4)
+
+
+@exact_kernel
+def _quaternions(matrices: Array, quaternions: Array) -> None:
+    """Write each quaternion by the row of its largest component, far from 0/0 (Shepperd)."""
+    for k in range(len(matrices)):
+        m, q = matrices[k], quaternions[k]
+        xx, yy, zz = m[0, 0], m[1, 1], m[2, 2]
+        squares = (1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz, 1 + xx + yy + zz)
+        best = 0
+        for i in range(1, 4):
+            if squares[i] > squares[best]:
+                best = i
+        xy, xz, yz = m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1]
+        wx, wy, wz = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
+        if best == 0:
+            q[0], q[1], q[2], q[3] = squares[0], xy, xz, wx
+        elif best == 1:
+            q[0], q[1], q[2], q[3] = xy, squares[1], yz, wy
+        elif best == 2:
+            q[0], q[1], q[2], q[3] = xz, yz, squares[2], wz
+        else:
+            q[0], q[1], q[2], q[3] = wx, wy, wz, squares[3]
+        length = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+        if q[3] < 0.0:
+            length = -length
+        for i in range(4):
+            q[i] /= length
 
 
 def make_pose(rotation: ArrayLike, translation: ArrayLike) -> Array:
@@ -162,10 +196,3 @@ def look_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) 
     forward = forward / np.linalg.norm(forward)
     right = right / length
     return make_pose(np.stack([right, np.cross(forward, right), forward], axis=1), position)
-
-
-def _skew(vector: Array) -> Array:
-    x, y, z = np.moveaxis(vector, -1, 0)
-    zero = np.zeros_like(x)
-    rows = ((zero, -z, y), (z, zero, -x), (-y, x, zero))
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

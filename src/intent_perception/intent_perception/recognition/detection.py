@@ -1,6 +1,8 @@
 """Detection of known objects in one RGB-D frame (Sec. III-A): hypothesise, verify, select."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,20 +58,23 @@ class DetectorConfig(Checked):
     """Deviation of the table top from a plane [m], 0.001..0.05."""
     table_share: float = 0.15
     """Least share of the image that a table covers, 0..1."""
-    success: float = 0.99
+    success: float = 0.7
     """Probability with which point pairs alone find an object of the assumed share, 0.5..0.9999."""
     assumed_share: float = 0.25
     """Share of all points above the table that lie on such an object, 0.01..1."""
-    pair_lookups: int = 240
+    pair_lookups: int = 120
     """Model pairs tried for each of them, 1..100000."""
     hash_only: bool = False
     """Whether to do without the table prior, as the paper does."""
-    resting_points: int = 900
+    resting_points: int = 450
     """Scene points from which resting poses are proposed, 1..100000."""
-    resting_lookups: int = 600
+    resting_lookups: int = 300
     """Resting model points tried for each of them, 1..100000."""
-    second_look: bool = True
-    """Whether to search once more on the pixels that the objects found leave unexplained."""
+    glance: float = 0.25
+    """Share of all these draws in the first look; the second makes all of them on what the first
+    leaves open, 0.001..1."""
+    sure: float = 0.9
+    """Objects of the first look at least this probable are not searched for again, 0..1."""
     refined_per_model: int = 80
     """Hypotheses of each model that are refined on their points, 1..10000."""
     tolerance: float = 0.006
@@ -141,6 +146,22 @@ class Findings:
     """Its parts."""
     hypotheses: int
     """How many were generated."""
+    complete: bool
+    """Whether everything in the scene has been looked at as closely as it will be."""
+
+
+class _Draws(NamedTuple):
+    """How much one look tries."""
+
+    pairs: int
+    pair_lookups: int
+    resting: int
+    resting_lookups: int
+    refined_per_model: int
+
+    def reduced(self, share: float) -> "_Draws":
+        """Return about this share of all draws: fewer points and pairs, each looked up less."""
+        return _Draws(*(max(1, round(count * np.sqrt(share))) for count in self))
 
 
 class Detector:
@@ -163,70 +184,113 @@ class Detector:
     def find(self, frame: RgbdFrame) -> Findings:
         """Return all objects of the library in a frame."""
         image = self.oriented(frame)
-        return self.find_in(image, self.table(image), None)
+        *_, last = self.looks(image, self.table(image), None)
+        return last
 
-    def find_in(
-        self, image: OrientedImage, table: TablePlane | None, allowed: NDArray[np.bool_] | None
-    ) -> Findings:
-        """Return all objects of the library in a scene.
+    def looks(
+        self,
+        image: OrientedImage,
+        table: TablePlane | None,
+        allowed: NDArray[np.bool_] | None,
+        known: Sequence[Detection] = (),
+    ) -> Iterator[Findings]:
+        """Yield the objects of the library in a scene: after a first look, and complete.
+
+        Most objects are found by a small part of the draws. The rest of them is made on what the
+        first look leaves unexplained or doubtful, and all candidates are judged together.
 
         Args:
             image: the scene.
             table: its table, if it has one.
             allowed: (H, W) pixels that may be objects, None = all.
+            known: objects of an earlier frame: those that are still there are not searched for.
         """
         config = self.config
         rng = np.random.default_rng(config.seed)
         scene = SceneView.of(image, segment(image, table, allowed))
         judge = PoseJudge(self.library, scene, config.tolerance, resting=not config.hash_only)
-        candidates, hypotheses = self._candidates(scene, scene, rng)
-        chosen = self._chosen(scene, judge, candidates)
-        if config.second_look and len(chosen):
-            explained = candidates.explained(chosen, scene.shape)
-            more, made = self._candidates(scene, scene.without(explained), rng)
-            candidates, hypotheses = candidates.joined(more), hypotheses + made
+        candidates, made = self._remembered(known, judge), 0
+        found, focus = self._judged(scene, judge, candidates)
+        for share, complete in ((config.glance, False), (1.0, True)):
+            more, extra = self._candidates(scene, focus, rng, share)
+            candidates, made = candidates.joined(more), made + extra
             if len(more.models):
-                chosen = self._chosen(scene, judge, candidates)
+                found, focus = self._judged(scene, judge, candidates)
+            yield Findings(found, image, scene.parts, made, complete)
+
+    def _remembered(self, known: Sequence[Detection], judge: PoseJudge) -> Candidates:
+        """Return objects of an earlier frame, refined in this one."""
+        models = np.array([one.model for one in known], np.int64)
+        poses = [self.library.centred_pose(one.model, one.T_camera_object) for one in known]
+        refined = np.array(poses, np.float32).reshape(-1, 12)
+        return Candidates(models, refined, judge.evidence(models, refined))
+
+    def _judged(
+        self, scene: SceneView, judge: PoseJudge, candidates: Candidates
+    ) -> tuple[tuple[Detection, ...], SceneView]:
+        """Return the objects among candidates, best first, and the scene that they leave open."""
+        chosen = self._chosen(scene, judge, candidates)
         found = [self._detection(scene, judge, candidates, chosen, k) for k in range(len(chosen))]
+        sure = [one is not None and one.confidence >= self.config.sure for one in found]
         kept = [detection for detection in found if detection is not None]
         ranked = sorted(kept, key=lambda detection: -detection.confidence)
-        return Findings(tuple(ranked), image, scene.parts, hypotheses)
+        explained = candidates.explained(chosen[np.array(sure, bool)], scene.shape)
+        return tuple(ranked), scene.without(explained) if any(sure) else scene
 
     def _candidates(
-        self, scene: SceneView, focus: SceneView, rng: np.random.Generator
+        self, scene: SceneView, focus: SceneView, rng: np.random.Generator, share: float = 1.0
     ) -> tuple[Candidates, int]:
         """Return the hypotheses worth a decision on the pixels in focus, and how many were made."""
-        slots, made = self.generated(focus, rng, int(scene.parts.mask.sum()))
+        draws = self._draws(focus, int(scene.parts.mask.sum()), share)
+        slots, made = self.generated(focus, rng, draws)
         judge = PoseJudge(self.library, scene, self.config.tolerance, focus)
-        models, poses = judge.aligned(*slots.best(self.config.refined_per_model))
+        models, poses = judge.aligned(*slots.best(draws.refined_per_model))
         return Candidates(models, poses, judge.evidence(models, poses)), made
 
+    def _draws(self, focus: SceneView, whole: int, share: float) -> "_Draws":
+        """Return what to draw from the pixels in focus.
+
+        Args:
+            focus: the pixels.
+            whole: object pixels of the whole scene: on the rest of it fewer draws do as well.
+            share: of all draws.
+        """
+        config = self.config
+        pixels = int(focus.parts.mask.sum())
+        part = pixels / max(whole, pixels, 1)
+        more = max(1.0, len(self.library) / _USUAL_MODELS) ** _GROWTH  # siblings share their pairs
+        hidden = min(1.0, config.assumed_share / max(part, 1e-6))
+        return _Draws(
+            pair_iterations(config.success, hidden),
+            int(config.pair_lookups * more),
+            int(config.resting_points * part),
+            int(config.resting_lookups * more),
+            config.refined_per_model,
+        ).reduced(share)
+
     def generated(
-        self, scene: SceneView, rng: np.random.Generator, whole: int | None = None
+        self, scene: SceneView, rng: np.random.Generator, draws: "_Draws | None" = None
     ) -> tuple[Slots, int]:
         """Return the poses that passed the first stage, and how many were generated.
 
         Args:
             scene: with the pixels to draw from.
             rng: of the draws.
-            whole: object pixels of the whole scene, if these are only the rest: then fewer draws
-                do for the same success.
+            draws: how many, None = all.
         """
         library, config = self.library, self.config
         slots = Slots.empty(len(library), *scene.shape, _SLOTS)
         pixels = np.argwhere(scene.parts.mask == 1).astype(np.int64)
         if len(pixels) < config.least_pixels:
             return slots, 0
+        draws = draws or self._draws(scene, len(pixels), 1.0)
         tolerance = config.tolerance * _COARSE
         view = SceneArrays(scene.points, *scene.surface, scene.plane)
         made = 0
-        part = len(pixels) / max(whole or 0, len(pixels))
-        resting = int(config.resting_points * part)
-        more = max(1.0, len(library) / _USUAL_MODELS) ** _GROWTH  # siblings share their pairs
         if scene.parts.table is not None and not config.hash_only:
-            some = rng.choice(len(pixels), min(resting, len(pixels)), replace=False)
+            some = rng.choice(len(pixels), min(draws.resting, len(pixels)), replace=False)
             made += sample_resting(
-                int(config.resting_lookups * more),
+                draws.resting_lookups,
                 rng,
                 pixels[np.sort(some)],
                 view,
@@ -237,8 +301,8 @@ class Detector:
                 tolerance,
             )
         made += sample_pairs(
-            pair_iterations(config.success, min(1.0, config.assumed_share / part)),
-            int(config.pair_lookups * more),
+            draws.pairs,
+            draws.pair_lookups,
             rng,
             pixels,
             view,

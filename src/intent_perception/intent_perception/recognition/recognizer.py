@@ -1,22 +1,23 @@
 """The recogniser of Sec. III-A over a sequence: it looks while no hand is near the objects."""
 
-from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.geometry.transforms import transform_points
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.detection import Detection, Detector, DetectorConfig, Findings
 from intent_perception.recognition.proposal.model_library import ModelLibrary
+from intent_perception.recognition.scene_change import ChangeConfig, SceneMemory, centers_of
 from intent_perception.scene.arm_pixels import ArmConfig, arm_pixels
-from intent_perception.scene.oriented_image import OrientedImage
-from intent_perception.scene.table_plane import TablePlane
+from intent_perception.scene.oriented_image import orient
+from intent_perception.scene.table_plane import TablePlane, find_table
+
+_SAME_PLACE = 0.05
+"""An object found again within this distance keeps its id [m]."""
 
 
 @dataclass(frozen=True)
@@ -27,16 +28,10 @@ class RecognizerConfig(Checked):
     """How objects are found in one frame."""
     arm: ArmConfig = field(default_factory=ArmConfig)
     """How an arm over the table is told from objects."""
+    change: ChangeConfig = field(default_factory=ChangeConfig)
+    """When a scene is looked at again."""
     least_confidence: float = 0.5
     """Objects less probable are not reported, 0..1."""
-    hand_distance: float = 0.10
-    """A hand this near an object holds the answer [m], 0..1."""
-    edge: float = 0.03
-    """Changes this near the table's edge do not count: the demonstrator sits there [m], 0..1."""
-    changed_pixels: int = 150
-    """Pixels that differ from the last answer's scene when it is looked at again, 1..100000."""
-    changed_depth: float = 0.012
-    """Difference in depth that counts as a change [m], 0.001..0.1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +62,8 @@ class RecognizedObjects:
     """In decreasing order of confidence; empty when there is nothing known."""
     T_table_camera: Array
     """(4, 4) camera -> table; the identity where no table is seen."""
+    complete: bool = True
+    """False: a first answer; what is still being looked at follows with the same stamp."""
 
     @property
     def table_seen(self) -> bool:
@@ -96,64 +93,53 @@ class Recognizer:
         """
         self._config = config or RecognizerConfig()
         self._detector = Detector(ModelLibrary.of(database), self._config.detection)
+        self._memory = SceneMemory(self._config.change, self._config.arm, self._config.detection)
         self._T_table_camera = T_table_camera
-        self._answer: RecognizedObjects | None = None
-        self._seen: NDArray[np.float32] | None = None
+        self.reset()
 
     def reset(self) -> None:
         """Forget the answer that is held."""
-        self._answer = None
-        self._seen = None
+        self._answer: RecognizedObjects | None = None
+        self._found: tuple[Detection, ...] = ()
+        self._memory.forget()
 
     def step(self, frame: RgbdFrame) -> RecognizedObjects | None:
         """Return what is on the table; None while nothing new can be said.
 
         The first frame always gives an answer, which is empty where nothing known is seen.
         """
-        detector, config = self._detector, self._config
-        image = detector.oriented(frame)
-        table = detector.table(image)
-        arm = arm_pixels(image, table, config.arm)
-        if self._answer is not None and (
-            table is None or self._held(image, table, arm) or not self._changed(image, table, arm)
-        ):
-            return None
-        if table is None and config.detection.table_share < 1.0:
-            # Nothing says what stands out as an object, and a search among everything never ends.
-            self._answer = RecognizedObjects(frame.stamp, (), self._frame_of(None))
-        else:
-            self._answer = self._reported(frame.stamp, detector.find_in(image, table, ~arm))
-        self._seen = np.where(arm, np.float32(0.0), image.smooth)
-        return self._answer
+        answers = list(self.looks(frame))
+        return answers[-1] if answers else None
 
-    def _held(self, image: OrientedImage, table: TablePlane, arm: NDArray[np.bool_]) -> bool:
-        """Return whether an arm is near any object of the answer."""
-        assert self._answer is not None
-        points = image.points()[arm][::7].astype(np.float64)
-        if len(points) == 0:
-            return False
-        hand = transform_points(self._frame_of(table), points)
-        for item in self._answer.objects:
-            model = self._detector.library.named(item.model)
-            center = transform_points(item.T_table_object, model.center)
-            gap = np.linalg.norm(hand - center, axis=1).min() - 0.5 * model.diameter
-            if gap < self._config.hand_distance:
-                return True
-        return False
+    def looks(self, frame: RgbdFrame) -> Iterator[RecognizedObjects]:
+        """Yield what is on the table as it becomes known, nothing while nothing new can be said.
 
-    def _changed(self, image: OrientedImage, table: TablePlane, arm: NDArray[np.bool_]) -> bool:
-        """Return whether the scene differs from the one of the answer in more than noise."""
-        assert self._seen is not None
-        if self._seen.shape != image.smooth.shape:
-            return True
-        near_arm = cv2.dilate(arm.astype(np.uint8), np.ones((15, 15), np.uint8)) > 0
-        both = (self._seen > 0.0) & (image.smooth > 0.0) & ~near_arm
-        both &= table.inset(image.points()) > self._config.edge
-        differs = both & (np.abs(self._seen - image.smooth) > self._config.changed_depth)
-        # single pixels at edges flicker
-        steady = differs[1:-1, 1:-1] & differs[:-2, 1:-1] & differs[2:, 1:-1]
-        steady &= differs[1:-1, :-2] & differs[1:-1, 2:]
-        return int(steady.sum()) > self._config.changed_pixels
+        First the table alone, then the objects that a first look finds, last the complete answer.
+        """
+        if self._answer is not None and self._answer.table_seen and not self._differs(frame):
+            return
+        image = self._detector.oriented(frame)
+        table = self._detector.table(image)
+        if table is None and self._answer is not None:
+            return
+        everything = self._config.detection.table_share >= 1.0
+        start = RecognizedObjects(frame.stamp, (), self._frame_of(table), table is None)
+        if not everything:
+            # Without a table nothing stands out, and a search among everything never ends.
+            self._answer = self._answer or start
+            yield start if not self._found else self._answer
+        if table is not None or everything:
+            allowed = ~arm_pixels(image, table, self._config.arm)
+            for findings in self._detector.looks(image, table, allowed, self._found):
+                yield self._reported(frame.stamp, findings)
+            self._memory.keep(frame)
+
+    def _differs(self, frame: RgbdFrame) -> bool:
+        """Return whether the scene is another one than that of the answer."""
+        models = [self._detector.library.models[one.model] for one in self._found]
+        poses = np.reshape([one.T_camera_object for one in self._found], (-1, 4, 4))
+        centers = centers_of(poses, np.reshape([model.center for model in models], (-1, 3)))
+        return self._memory.differs(frame, centers, np.array([0.5 * m.diameter for m in models]))
 
     def _frame_of(self, table: TablePlane | None) -> Array:
         if self._T_table_camera is not None:
@@ -161,26 +147,59 @@ class Recognizer:
         return np.eye(4) if table is None else table.T_table_camera()
 
     def _reported(self, stamp: int, findings: Findings) -> RecognizedObjects:
+        """Return the answer of a look, and keep what it found."""
         T_table_camera = self._frame_of(findings.segmentation.table)
-        counts: Counter[str] = Counter()
-        objects = []
-        for detection in findings.detections:
-            if detection.confidence < self._config.least_confidence:
-                continue
-            objects.append(self._object(detection, T_table_camera, counts))
-        return RecognizedObjects(stamp, tuple(objects), T_table_camera)
+        least = self._config.least_confidence
+        self._found = tuple(one for one in findings.detections if one.confidence >= least)
+        before = self._answer.objects if self._answer is not None else ()
+        objects: list[RecognizedObject] = []
+        for detection in self._found:
+            objects.append(self._object(detection, T_table_camera, before, objects))
+        self._answer = RecognizedObjects(stamp, tuple(objects), T_table_camera, findings.complete)
+        return self._answer
 
     def _object(
-        self, detection: Detection, T_table_camera: Array, counts: Counter[str]
+        self,
+        detection: Detection,
+        T_table_camera: Array,
+        before: Sequence[RecognizedObject],
+        others: Sequence[RecognizedObject],
     ) -> RecognizedObject:
         model = self._detector.library.models[detection.model]
-        counts[model.name] += 1
-        suffix = "" if counts[model.name] == 1 else f".{counts[model.name]}"
+        pose = T_table_camera @ detection.T_camera_object
         return RecognizedObject(
-            id=model.name + suffix,
+            id=_name(model.name, pose, before, others),
             model=model.name,
             object_class=model.object_class,
-            T_table_object=T_table_camera @ detection.T_camera_object,
+            T_table_object=pose,
             confidence=detection.confidence,
             visible_fraction=detection.visible_fraction,
         )
+
+
+def _name(
+    model: str,
+    pose: Array,
+    before: Sequence[RecognizedObject],
+    others: Sequence[RecognizedObject],
+) -> str:
+    """Return the id of an object: the one that it had before, else the first that is free."""
+    taken = {item.id for item in others}
+    alike = [item for item in before if item.model == model and item.id not in taken]
+    for item in alike:
+        if np.linalg.norm(item.T_table_object[:3, 3] - pose[:3, 3]) < _SAME_PLACE:
+            return item.id
+    number = 1
+    while (name := model if number == 1 else f"{model}.{number}") in taken:
+        number += 1
+    return name
+
+
+def table_alone(frame: RgbdFrame, config: DetectorConfig | None = None) -> RecognizedObjects:
+    """Return the table of a frame as the recogniser sees it, and no object."""
+    config = config or DetectorConfig()
+    image = orient(frame, config.focal_length, config.normal_radius, config.max_depth)
+    rng = np.random.default_rng(config.seed)
+    table = find_table(image, rng, config.table_tolerance, config.table_share)
+    T_table_camera = np.eye(4) if table is None else table.T_table_camera()
+    return RecognizedObjects(frame.stamp, (), T_table_camera)

@@ -83,6 +83,7 @@ def objects_to_msg(
         objects=[_object_to_msg(item, database[item.model]) for item in objects.objects],
         camera_frame=camera_frame,
         camera_pose=pose_to_msg(objects.T_table_camera),
+        complete=bool(objects.complete),
     )
 
 
@@ -116,6 +117,7 @@ def objects_from_msg(message: Any) -> RecognizedObjects:
             for item in message.objects
         ),
         T_table_camera=pose_from_msg(message.camera_pose),
+        complete=message.complete,
     )
 
 

@@ -1,11 +1,15 @@
 """What all nodes share of ROS: parameters, a node that survives bad input, RGB-D frames, run."""
 
+import os
+import sys
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import cv2
 import rclpy
 import rclpy.logging
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -19,8 +23,14 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
+from threadpoolctl import threadpool_limits
 
-from intent_perception.bags.frame_assembly import NANOSECONDS, FrameSynchroniser, SynchroniserConfig
+from intent_perception.bags.frame_assembly import (
+    NANOSECONDS,
+    FrameMessages,
+    FrameSynchroniser,
+    SynchroniserConfig,
+)
 from intent_perception.basics.parameters import (
     Checked,
     Kind,
@@ -41,6 +51,8 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """Results that a late joiner needs."""
+_SECONDS, _FRAMES_PER_SECOND = 10, 30.0
+"""Diagnostics judge a node's CPU time over so many seconds, at this rate of the camera."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +64,17 @@ class DatabaseConfig(Checked):
 
 
 @dataclass(frozen=True)
+class ShareConfig(Checked):
+    """A node's share of the processor; together the five keep up with a camera on two cores."""
+
+    niceness: int = 5
+    """How far this node stands back for the tracker, which must keep up with the camera, 0..19."""
+    budget: float = 5.0
+    """CPU time that it may take for each frame of a camera of 30 Hz [ms]; diagnostics warn when
+    it takes more over ten seconds; 0.1..1000."""
+
+
+@dataclass(frozen=True)
 class InputConfig(Checked):
     """How a node's images arrive."""
 
@@ -59,8 +82,8 @@ class InputConfig(Checked):
     """How colour images are sent: raw or compressed."""
     depth_transport: Literal["raw", "compressedDepth"] = "raw"
     """How depth images are sent: raw or compressedDepth."""
-    queue: int = 1
-    """Images kept while a step runs, 1 for a live camera, 1..1000."""
+    queue: int = 4
+    """Images kept while a step runs: what arrives beyond is dropped, the oldest first; 1..1000."""
     silence: float = 5.0
     """Time without a frame after which the node says what it is waiting for [s], 0 = never,
     0..3600."""
@@ -118,20 +141,30 @@ class IntentNode(Node):
     """A node with ~/enable, ~/reset, ~/processed and diagnostics that no message can bring down.
 
     `~/processed` carries the header of every input that has been dealt with, whether or not
-    anything came of it: lockstep waits for it.
+    anything came of it: lockstep waits for it. `~/ready` is sent once, when the node has loaded all
+    that it needs and answers its first input as fast as any other.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, share: ShareConfig | None = None) -> None:
         super().__init__(name)
+        self._share = declared(self, share or ShareConfig())
+        stand_back(self._share.niceness)
+        self._cpu: deque[tuple[float, float]] = deque(maxlen=_SECONDS + 1)
         self.enabled = True
         self.inputs: FrameSubscription | None = None
         self._seconds: deque[float] = deque(maxlen=300)
         self._count, self._reported, self._bad, self._last_error = 0, 0, 0, ""
         self._processed = self.create_publisher(Header, "~/processed", LATCHED)
+        self._ready = self.create_publisher(Header, "~/ready", LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_service(SetBool, "~/enable", self._on_enable)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_timer(1.0, self._report)
+
+    def announce(self) -> None:
+        """Say that the node is ready."""
+        self._ready.publish(Header(stamp=self.get_clock().now().to_msg()))
+        self.get_logger().info("ready")
 
     def reset(self) -> None:
         """Forget the past, as after a start; nodes with a memory override it."""
@@ -188,19 +221,26 @@ class IntentNode(Node):
     def _report(self) -> None:
         rate, self._reported = self._count - self._reported, self._count
         dropped = self.inputs.synchroniser.dropped if self.inputs is not None else 0
+        skipped = self.inputs.skipped if self.inputs is not None else 0
         ordered = sorted(self._seconds) or [0.0]
+        cpu = self._cpu_per_frame()
         values = {
             "rate [Hz]": rate,
             "step median [ms]": round(1e3 * ordered[len(ordered) // 2], 2),
             "step p95 [ms]": round(1e3 * ordered[int(0.95 * (len(ordered) - 1))], 2),
+            "CPU per frame at 30 Hz [ms]": round(cpu, 1),
             "steps": self._count,
             "inputs left out": self._bad,
             "images without partner": dropped,
+            "frames that came while busy": skipped,
             "last warning": self._last_error,
         }
         status = DiagnosticStatus(name=self.get_name(), hardware_id="", message="ok")
         status.level = DiagnosticStatus.OK
         waiting = self.inputs.waiting() if self.inputs is not None else ""
+        if cpu > self._share.budget:
+            over = f"{cpu:.0f} ms of CPU per frame, the budget is {self._share.budget:g} ms"
+            status.level, status.message = DiagnosticStatus.WARN, over
         if waiting or not self.enabled:
             status.level, status.message = DiagnosticStatus.WARN, waiting or "disabled"
         status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
@@ -208,15 +248,36 @@ class IntentNode(Node):
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
 
+    def _cpu_per_frame(self) -> float:
+        """Return the CPU time of the last ten seconds for each frame of 30 Hz [ms]."""
+        self._cpu.append((time.monotonic(), time.process_time()))
+        (start, before), (end, after) = self._cpu[0], self._cpu[-1]
+        return 1e3 * (after - before) / ((end - start) * _FRAMES_PER_SECOND) if end > start else 0.0
+
 
 class FrameSubscription:
     """Subscribes to colour, depth and camera_info and hands over the frames they make."""
 
-    def __init__(self, node: IntentNode, on_frame: Callable[[RgbdFrame], Any]) -> None:
-        self._node, self._on_frame = node, on_frame
+    def __init__(
+        self,
+        node: IntentNode,
+        on_frame: Callable[[RgbdFrame], Any],
+        wanted: Callable[[int], bool] = lambda _: True,
+    ) -> None:
+        """Subscribe.
+
+        Args:
+            node: whose parameters say how images arrive.
+            on_frame: takes a frame; False if it will be acknowledged later.
+            wanted: whether the frame of a stamp [ns] is looked at; others are not even decoded.
+        """
+        self._node, self._on_frame, self._wanted = node, on_frame, wanted
         self._config = declared(node, InputConfig())
         self.synchroniser = FrameSynchroniser(self._config.synchroniser)
         node.inputs = self
+        self.skipped = 0
+        """Frames that the camera sent and that never arrived: the node was busy."""
+        self._period, self._newest = 0, -1
         self._jumps = 0
         self._quiet_since, self._warned = time.monotonic(), False
         self.topics: list[str] = []
@@ -232,7 +293,7 @@ class FrameSubscription:
         else:
             self._listen(CompressedImage, f"{topic}/{transport}", add)
 
-    def _listen(self, kind: Any, topic: str, add: Callable[[Any], RgbdFrame | None]) -> None:
+    def _listen(self, kind: Any, topic: str, add: Callable[[Any], FrameMessages | None]) -> None:
         name = self._node.resolve_topic_name(topic)
         self.topics.append(name)
         qos = QoSProfile(depth=self._config.queue, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -252,30 +313,33 @@ class FrameSubscription:
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
-    def _take(self, add: Callable[[Any], RgbdFrame | None], message: Any) -> None:
+    def _take(self, add: Callable[[Any], FrameMessages | None], message: Any) -> None:
         if not self._node.enabled:
             return
-        try:
-            frame = add(message)
-        except ValueError as error:
-            self._node.reject(str(error))
-            self._node.acknowledge(message.header)
-            return
+        messages = add(message)
         if self.synchroniser.jumps != self._jumps:
-            self._jumps = self.synchroniser.jumps
+            self._jumps, self._newest = self.synchroniser.jumps, -1
             self._node.get_logger().info("the clock went back: starting over")
             self._node.reset()
-        if frame is None:
+        if messages is None:
             return
-        self.frame_id = message.header.frame_id or self.frame_id
-        if not frame.depth.any():
-            self._node.reject("the depth image holds no measurement (all zero or NaN)")
-            self._node.acknowledge(message.header)
+        self.frame_id = messages.depth.header.frame_id or self.frame_id
+        self._count_skipped(messages.stamp)
+        header = Header(frame_id=self.frame_id)
+        header.stamp.sec, header.stamp.nanosec = divmod(messages.stamp, NANOSECONDS)
+        if self._wanted(messages.stamp):
+            self._node.attempt(lambda one: self._on_frame(_checked(one)), messages, header)
         else:
-            header = Header(frame_id=message.header.frame_id)
-            header.stamp.sec, header.stamp.nanosec = divmod(frame.stamp, NANOSECONDS)
-            self._node.attempt(self._on_frame, frame, header)
+            self._node.acknowledge(header)
         self._quiet_since, self._warned = time.monotonic(), False
+
+    def _count_skipped(self, stamp: int) -> None:
+        """Count the frames that are missing between the last one and this."""
+        gap = stamp - self._newest
+        if self._newest >= 0 and gap > 0:
+            self._period = min(self._period, gap) if self._period else gap
+            self.skipped += max(0, round(gap / self._period) - 1)
+        self._newest = stamp
 
     def waiting(self) -> str:
         """Return what a node without frames is waiting for; warn about it once."""
@@ -293,12 +357,33 @@ class FrameSubscription:
         return text
 
 
-def run(kind: Callable[[], Node]) -> None:
-    """Run a node until Ctrl-C; a wrong parameter or file ends it with one sentence."""
+def stand_back(niceness: int) -> None:
+    """Lower the priority of the calling thread, and of those that it starts, to a niceness."""
+    thread = threading.get_native_id()
+    os.setpriority(os.PRIO_PROCESS, thread, max(niceness, os.getpriority(os.PRIO_PROCESS, thread)))
+
+
+def _checked(messages: FrameMessages) -> RgbdFrame:
+    """Return the frame of messages; ValueError where it cannot be decoded or shows nothing."""
+    frame = messages.decoded()
+    if not frame.depth.any():
+        raise ValueError("the depth image holds no measurement (all zero or NaN)")
+    return frame
+
+
+def run(kind: Callable[[], IntentNode]) -> None:
+    """Run a node until Ctrl-C; a wrong parameter or file ends it with one sentence.
+
+    With `--rehearse` it ends when it is ready: set-up has kernels compiled so.
+    """
+    cv2.setNumThreads(1)  # five nodes share the cores; more threads only wait for each other
+    threadpool_limits(1)
     rclpy.init()
     try:
         node = kind()
-        rclpy.spin(node)
+        if "--rehearse" not in sys.argv:
+            node.announce()
+            rclpy.spin(node)
     except ValueError as error:
         rclpy.logging.get_logger("intent").fatal(str(error))
         raise SystemExit(1) from None

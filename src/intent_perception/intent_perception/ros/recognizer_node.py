@@ -9,14 +9,18 @@ import numpy as np
 from intent_msgs.msg import RecognizedObjects
 from tf2_msgs.msg import TFMessage
 
+from intent_perception.bags.frame_assembly import NANOSECONDS
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.recognition import recognizer as recognized
 from intent_perception.recognition.recognizer import Recognizer, RecognizerConfig
+from intent_perception.recognition.rehearsal_scene import rehearsal_frames
 from intent_perception.ros.convert import header_at, objects_to_msg, transforms_to_msg
 from intent_perception.ros.node import (
     LATCHED,
     FrameSubscription,
     IntentNode,
+    ShareConfig,
     declared,
     declared_database,
     run,
@@ -31,29 +35,45 @@ class CameraConfig(Checked):
     """File that calibrate wrote; empty: the table is found in every image."""
     publish_camera: bool = True
     """Publish table -> camera on /tf_static; false where another node owns the camera."""
+    period: float = 0.25
+    """Time between two looks at the scene [s], 0..60."""
 
 
 class RecognizerNode(IntentNode):
     """Recognises the objects while no hand is near them and publishes each new answer."""
 
     def __init__(self) -> None:
-        super().__init__("recognizer")
+        super().__init__("recognizer", ShareConfig(budget=14.0))
         self._database = declared_database(self)
         camera, config = declared(self, CameraConfig()), declared(self, RecognizerConfig())
         self._owns_camera, file = camera.publish_camera, camera.calibration
+        self._period, self._looked = int(camera.period * NANOSECONDS), -1
         self._recognizer = Recognizer(self._database, config, calibration(file) if file else None)
-        self._publisher = self.create_publisher(RecognizedObjects, "/intent/objects", LATCHED)
-        self._tf = self.create_publisher(TFMessage, "/tf_static", LATCHED)
-        self._frames = FrameSubscription(self, self._on_frame)
+        self._publisher = self.create_publisher(RecognizedObjects, "intent/objects", LATCHED)
+        self._tf = self.create_publisher(TFMessage, "tf_static", LATCHED)
+        self._rehearse()
+        self._frames = FrameSubscription(self, self._on_frame, self._is_due)
 
     def reset(self) -> None:
         """Forget the held answer."""
         self._recognizer.reset()
+        self._looked = -1
+
+    def _rehearse(self) -> None:
+        """Go through a rendered scene, so that the first real one finds everything loaded."""
+        for frame in rehearsal_frames(self._database.models[0], 3):
+            self._recognizer.step(frame)
+        self._recognizer.reset()
+
+    def _is_due(self, stamp: int) -> bool:
+        return self._looked < 0 or stamp - self._looked >= self._period
 
     def _on_frame(self, frame: RgbdFrame) -> None:
-        objects = self._recognizer.step(frame)
-        if objects is None:  # a hand is near, or nothing has changed
-            return
+        self._looked = frame.stamp
+        for objects in self._recognizer.looks(frame):  # none while nothing new can be said
+            self._publish(objects)
+
+    def _publish(self, objects: recognized.RecognizedObjects) -> None:
         camera = self._frames.frame_id
         if self._owns_camera:
             pose = [(camera, objects.T_table_camera)]

@@ -21,6 +21,7 @@ from intent_perception.bags.playback import Bundle, bundles, parse_options, targ
 from intent_perception.ros.node import LATCHED, RESULTS
 
 _GRACE = 0.2  # an answer that was sent before its acknowledgement may arrive after it [s]
+_QUIET = 2.0  # a node that says nothing for so long has dealt with all it got [s]
 
 
 class ReplayNode(Node):
@@ -33,6 +34,8 @@ class ReplayNode(Node):
             raise ValueError(f"bag {options.bag} has no camera_info: record that topic too")
         self._running, self._objects = not options.start_paused, False
         self._answered: dict[str, int] = {}
+        self._ready: set[str] = set()
+        self._heard = time.monotonic()
         follows = ("recognizer",) if options.objects_only else ("recognizer", "tracker")
         self._awaited = follows if options.lockstep else ()
         self._senders: dict[str, Any] = {}
@@ -44,14 +47,23 @@ class ReplayNode(Node):
         self._answers("intent/scene_state", SceneState, "tracker")
         self._answers("tracker/processed", Header, "tracker", LATCHED)
         self._answers("recognizer/processed", Header, "recognizer", LATCHED)
+        for name in {*options.nodes, *self._awaited}:
+            self._listen_for(name)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
 
+    def _listen_for(self, name: str) -> None:
+        self.create_subscription(Header, f"{name}/ready", lambda _: self._ready.add(name), LATCHED)
+
     def play(self) -> int:
-        """Play the bag (for ever with --loop); return the number of frames sent."""
+        """Play the bag (for ever with --loop); return the number of frames sent.
+
+        Raises:
+            ValueError: if nobody listens, or a frame is not answered in lockstep.
+        """
         count = 0
         while True:
-            start = time.monotonic()
+            start, self._objects = time.monotonic(), False
             for bundle in bundles(
                 self._options.bag, self._options.start_offset, self._options.topics
             ):
@@ -69,7 +81,14 @@ class ReplayNode(Node):
                     if self._options.objects_only and self._objects:
                         return count
             if not self._options.loop:
+                self._drain()
                 return count
+
+    def _drain(self) -> None:
+        """Wait until the nodes that were waited for have dealt with what they got."""
+        if self._options.nodes:
+            self._heard = time.monotonic()
+            self._until(lambda: time.monotonic() - self._heard > _QUIET, self._options.timeout)
 
     def _prepare(self, bundle: Bundle) -> None:
         """Advertise, then wait for subscribers: discovery must not cost the first frames."""
@@ -79,16 +98,21 @@ class ReplayNode(Node):
         def heard() -> int:
             return min(int(sender.get_subscription_count()) for sender in senders)
 
+        needed = {*self._options.nodes, *self._awaited}
+
         def ready() -> bool:
             listeners = self.count_subscribers("intent/scene_state")
-            there = all(self.count_publishers(f"{name}/processed") for name in self._awaited)
-            return heard() >= wanted and there and listeners >= self._options.listeners
+            there = needed <= self._ready and listeners >= self._options.listeners
+            return there and heard() >= wanted
 
         if self._until(ready, wait) >= wait:
             names = ", ".join(sorted({sender.topic_name for sender in senders}))
-            self.get_logger().warning(
-                f"only {heard()} of {wanted} nodes listen to all of {names} after {wait:.0f} s, "
-                f"or {' or '.join(self._awaited) or 'another node'} is not there: playing anyway"
+            missing = ", ".join(sorted(needed - self._ready))
+            raise ValueError(
+                f"nothing was played: after {wait:.0f} s only {heard()} of {wanted} nodes listen "
+                f"to all of {names}"
+                + (f", and {missing} did not say ready" if missing else "")
+                + ": start the nodes first, or give --subscribers 0 to play to nobody"
             )
 
     def _await(self, bundle: Bundle) -> None:
@@ -110,6 +134,7 @@ class ReplayNode(Node):
             )
 
     def _send(self, bundle: Bundle) -> None:
+        self._answered.clear()  # what comes before the frame is sent answers an earlier run
         if self._clock_sender is not None:
             clock = Clock()
             clock.clock.sec, clock.clock.nanosec = divmod(bundle.stamp, NANOSECONDS)
@@ -128,11 +153,13 @@ class ReplayNode(Node):
     def _answers(self, topic: str, kind: Any, name: str, qos: Any = RESULTS) -> None:
         def note(message: Any) -> None:
             self._answered[name] = max(self._answered.get(name, -1), stamp_of(message))
+            self._heard = time.monotonic()
 
         self.create_subscription(kind, topic, note, qos)
 
-    def _on_objects(self, _: Any) -> None:
-        self._objects = True
+    def _on_objects(self, message: Any) -> None:
+        self._objects = self._objects or message.complete
+        self._heard = time.monotonic()
 
     def _run(self, running: bool, response: Any) -> Any:
         self._running, response.success = running, True

@@ -104,19 +104,27 @@ class GraspDetector:
         self._database = database
         self._geometries: dict[str, GraspedShape | None] = {}
         self._window: deque[_Glance] = deque()
-        self._held: str | None = None
-        self._last_touch = 0
+        self.reset()
 
     def reset(self) -> None:
         """Forget the stream so far, for instance when another one starts."""
         self._window.clear()
-        self._held = None
+        self._held: str | None = None
         self._last_touch = 0
+        self._newest = -1
 
     def step(self, state: SceneState) -> StableGrasp | None:
-        """Return the grasp that has become stable in this frame, or None."""
+        """Return the grasp that has become stable in this frame, or None.
+
+        Where the clock goes back another recording begins, and what was held is forgotten.
+        """
+        if state.stamp < self._newest:
+            self.reset()
+        self._newest = state.stamp
         if self._window and not self._follows(state.stamp):
             self._window.clear()
+        for model in state.object_models:
+            self._geometry(model)  # slow the first time; that must not fall into the grasp
         if not state.hand_tracked:
             return None
         glance = self._look(state)
@@ -145,6 +153,8 @@ class GraspDetector:
         if model not in self._geometries:
             known = model in self._database
             self._geometries[model] = GraspedShape(self._database[model]) if known else None
+            if (shape := self._geometries[model]) is not None:
+                shape.prepare()
         return self._geometries[model]
 
     def _look(self, state: SceneState) -> _Glance:

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.kernels import exact_kernel
 from intent_perception.geometry.boxes import Box, decompose
 from intent_perception.geometry.transforms import quaternion_from_rotation, transform_points
 from intent_perception.objects.database import ObjectModel
@@ -57,6 +58,10 @@ class GraspedShape:
         self.size, self.center = model.size, model.center
         rng = np.random.default_rng(0)
         self.points, self.normals, _ = model.mesh.sample_surface(_SAMPLES, rng)
+
+    def prepare(self) -> None:
+        """Compute now what is otherwise computed when it is first asked for."""
+        _ = self.boxes, self.convexity, self.mirror
 
     @cached_property
     def boxes(self) -> tuple[Box, ...]:
@@ -146,11 +151,8 @@ def hand_distances(points_hand: Array, table: JointTable, joints: Array) -> Arra
     shapes = table.capsules
     ends = np.einsum("cij,cej->cei", poses[shapes.links][:, :3, :3], shapes.ends)
     ends = ends + poses[shapes.links][:, None, :3, 3]
-    axis = ends[:, 1] - ends[:, 0]
-    length = np.maximum(np.sum(axis**2, axis=1), 1e-12)
-    offset = points_hand[:, None] - ends[None, :, 0]
-    share = np.clip(np.einsum("nci,ci->nc", offset, axis) / length, 0.0, 1.0)
-    gap = np.linalg.norm(offset - share[..., None] * axis, axis=2) - shapes.radii
+    gap = np.empty((len(points_hand), len(ends)))
+    _capsule_gaps(np.ascontiguousarray(points_hand), ends, shapes.radii, gap)
     if len(table.boxes.links) == 0:
         return np.asarray(gap)
     T_hand_box = poses[table.boxes.links] @ table.boxes.poses
@@ -162,6 +164,20 @@ def hand_distances(points_hand: Array, table: JointTable, joints: Array) -> Arra
         outside.max(axis=2), 0.0
     )
     return np.concatenate([gap, box_gap], axis=1)
+
+
+@exact_kernel
+def _capsule_gaps(points: Array, ends: Array, radii: Array, gaps: Array) -> None:
+    """Write the distance (N, C) of points (N, 3) to capsules with ends (C, 2, 3)."""
+    for c in range(len(ends)):
+        ax, ay, az = ends[c, 0]
+        ux, uy, uz = ends[c, 1, 0] - ax, ends[c, 1, 1] - ay, ends[c, 1, 2] - az
+        length = max(ux * ux + uy * uy + uz * uz, 1e-12)
+        for n in range(len(points)):
+            px, py, pz = points[n, 0] - ax, points[n, 1] - ay, points[n, 2] - az
+            share = min(1.0, max(0.0, (px * ux + py * uy + pz * uz) / length))
+            dx, dy, dz = px - share * ux, py - share * uy, pz - share * uz
+            gaps[n, c] = np.sqrt(dx * dx + dy * dy + dz * dz) - radii[c]
 
 
 def contact_center(points: Array, points_hand: Array, table: JointTable, joints: Array) -> Array:

@@ -34,6 +34,22 @@ class AppearanceModel:
         for row in range(len(priors)):
             self._refresh(row)
 
+    def joined(self, colors: list[Array], kept: list[int | None]) -> "AppearanceModel":
+        """Return a model of other objects that keeps what is known of hand and background.
+
+        Args:
+            colors: (3,) of each of its objects.
+            kept: which of these objects each of them is, None = a new one.
+        """
+        new = AppearanceModel(colors)
+        new.blind = self.blind
+        rows = [HAND, BACKGROUND, *(None if k is None else FIRST_OBJECT + k for k in kept)]
+        for row, before in enumerate(rows):
+            if before is not None:
+                new._counts[row] = self._counts[before]
+                new._refresh(row)
+        return new
+
     def log_probability(self, bins: NDArray[np.int32]) -> Floats:
         """Return (classes, ...) log p(colour | class) of bin numbers (...).
 

@@ -13,6 +13,7 @@ from intent_perception.ros.node import (
     run,
 )
 from intent_tracking.grasp.grasp_detector import GraspConfig, GraspDetector
+from intent_tracking.grasp.rehearsal_states import rehearsal_states
 from intent_tracking.ros.convert import grasp_to_msg, state_from_msg
 
 
@@ -21,9 +22,13 @@ class GraspDetectorNode(IntentNode):
 
     def __init__(self) -> None:
         super().__init__("grasp_detector")
-        self._detector = GraspDetector(declared_database(self), declared(self, GraspConfig()))
-        self._publisher = self.create_publisher(StableGrasp, "/intent/stable_grasp", LATCHED)
-        self.listen(SceneState, "/intent/scene_state", self._on_state, RESULTS)
+        database = declared_database(self)
+        self._detector = GraspDetector(database, declared(self, GraspConfig()))
+        for state in rehearsal_states(database.models[0], 12):
+            self._detector.step(state)
+        self._detector.reset()
+        self._publisher = self.create_publisher(StableGrasp, "intent/stable_grasp", LATCHED)
+        self.listen(SceneState, "intent/scene_state", self._on_state, RESULTS)
 
     def reset(self) -> None:
         """Forget the grasp in progress."""

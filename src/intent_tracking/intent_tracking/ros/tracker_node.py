@@ -1,5 +1,8 @@
 """ROS node: RGB-D frames and recognised objects in, the state of hand and objects out."""
 
+from collections import deque
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import Any
 
 from intent_msgs.msg import RecognizedObjects, SceneState
@@ -7,90 +10,143 @@ from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.recognition import recognizer as recognized
+from intent_perception.recognition.detection import DetectorConfig
 from intent_perception.ros.convert import deletion, header_at, object_markers, objects_from_msg
 from intent_perception.ros.node import (
     LATCHED,
     RESULTS,
     FrameSubscription,
     IntentNode,
+    ShareConfig,
     declared,
     declared_database,
     run,
+    stand_back,
 )
 from intent_tracking.fit.hand_shape import save_shape
 from intent_tracking.ros.convert import hand_markers, joints_to_msg, scene_transforms, state_to_msg
+from intent_tracking.ros.tracker_rehearsal import rehearse
 from intent_tracking.tracker.tracker import Tracker
 from intent_tracking.tracker.tracker_config import TrackerConfig
 
+_PREPARING = 10
+"""How far the preparation of objects stands back for the frames."""
+
+
+_ROUGH = DetectorConfig(focal_length=260.0)
+"""Half the usual resolution is enough for the table until the recogniser has answered."""
+
+
+@dataclass(frozen=True)
+class StartConfig(Checked):
+    """What the tracker begins with."""
+
+    wait: bool = False
+    """Wait with the first frame for the recogniser's complete answer, as lockstep does; otherwise
+    the hand is followed from the first frame on, and objects join as they are recognised."""
+
 
 class TrackerNode(IntentNode):
-    """Starts the tracker from the recognised objects and publishes one scene state per frame."""
+    """Follows the hand, and the objects as they are recognised: one scene state per frame."""
 
     def __init__(self) -> None:
-        super().__init__("tracker")
+        super().__init__("tracker", ShareConfig(niceness=0, budget=30.0))
         self._database = declared_database(self)
-        models = {model.name: model for model in self._database}
-        self._config = declared(self, TrackerConfig())
-        self._tracker = Tracker(models, self._config)
+        self._models = {model.name: model for model in self._database}
+        self._config, self._waits = (
+            declared(self, TrackerConfig()),
+            declared(self, StartConfig()).wait,
+        )
+        self._tracker = Tracker(self._models, self._config)
         if self._tracker.trouble:
             self.get_logger().warning(self._tracker.trouble)
-        self._states = self.create_publisher(SceneState, "/intent/scene_state", RESULTS)
-        self._joints = self.create_publisher(JointState, "/intent/hand/joint_states", 10)
-        self._tf = self.create_publisher(TFMessage, "/tf", 100)
-        self._markers = self.create_publisher(MarkerArray, "/intent/markers", LATCHED)
+        self._states = self.create_publisher(SceneState, "intent/scene_state", RESULTS)
+        self._joints = self.create_publisher(JointState, "intent/hand/joint_states", 10)
+        self._tf = self.create_publisher(TFMessage, "tf", 100)
+        self._markers = self.create_publisher(MarkerArray, "intent/markers", LATCHED)
+        self._workshop = ThreadPoolExecutor(1, initializer=lambda: stand_back(_PREPARING))
+        rehearse(self._tracker, self._database.models[0])
         self.reset()
-        self.listen(RecognizedObjects, "/intent/objects", self._on_objects, LATCHED)
+        self.listen(RecognizedObjects, "intent/objects", self._on_objects, LATCHED)
         self._frames = FrameSubscription(self, self._on_frame)
 
     def reset(self) -> None:
         """Forget hand and objects; the next recognised objects start the tracker again."""
         self._tracker.forget_hand()
-        self._started, self._hand_in_view, self._shape_kept = False, False, False
-        self._recognized: Any = None
-        self._alone = False
+        self._started, self._shape_kept, self._alone = False, False, False
+        self._answers: deque[tuple[recognized.RecognizedObjects, Future[None]]] = deque()
+        self._shown: tuple[str, ...] = ()
         self._held: RgbdFrame | None = None
         self._markers.publish(MarkerArray(markers=[deletion("hand"), deletion("objects")]))
 
     def _on_objects(self, message: Any) -> None:
-        self._recognized = message
+        """Take an answer; the shapes of objects that are new are prepared beside the frames."""
+        objects = objects_from_msg(message)
+        if self._waits and not objects.complete:
+            return
+        task = self._workshop.submit(self._tracker.prepare, objects)
+        self._answers.append((objects, task))
+        if self._waits:
+            task.result()
         if self._held is not None:  # the frame that came before its objects
             frame, self._held = self._held, None
             self.attempt(self._on_frame, frame, header_at(frame.stamp))
 
-    def _start(self, message: Any) -> None:
-        objects = objects_from_msg(message)
-        self._tracker.start(objects)
-        if not objects.objects and not self._alone:
-            what = "known object" if objects.table_seen else "table"
-            self.get_logger().warning(f"no {what} is seen: the hand is followed alone")
-        self._alone = not objects.objects
-        self._started, self._recognized = True, None
-        models = [(item.id, self._database[item.model]) for item in message.objects]
-        self._markers.publish(object_markers(models))
+    def _take_answers(self, frame: RgbdFrame) -> None:
+        """Give the tracker the newest answer whose shapes are ready.
 
-    def _may_start(self, frame: RgbdFrame) -> bool:
-        """A hand in view keeps its objects; an answer to this very frame counts from the next."""
-        older = stamp_of(self._recognized) < frame.stamp
-        return not self._started or (older and not self._hand_in_view)
+        An answer to this very frame counts from the next one on, so that it does not matter which
+        of the two arrives first.
+        """
+        newest = None
+        while self._answers and self._answers[0][1].done():
+            if self._started and self._answers[0][0].stamp >= frame.stamp:
+                break
+            newest, task = self._answers.popleft()
+            task.result()
+        if newest is None:
+            return
+        if self._started:
+            self._tracker.join(newest)
+        else:
+            self._begin(newest)
+        if newest.complete and not newest.objects and not self._alone:
+            what = "known object" if newest.table_seen else "table"
+            self.get_logger().warning(f"no {what} is seen: the hand is followed alone")
+        self._alone = newest.complete and not newest.objects
+
+    def _begin(self, objects: recognized.RecognizedObjects) -> None:
+        self._tracker.start(objects)
+        self._started = True
 
     def _on_frame(self, frame: RgbdFrame) -> bool:
-        if self._recognized is not None and self._may_start(frame):
-            self._start(self._recognized)
-        if not self._started:
+        self._take_answers(frame)
+        if not self._started and self._waits:
             self._held = frame
             return False
+        if not self._started:
+            self._begin(recognized.table_alone(frame, _ROUGH))
         state = self._tracker.step(frame)
-        self._hand_in_view = state.hand_visible
         self._states.publish(state_to_msg(state, self._frames.frame_id))
         if state.hand_tracked:
             self._joints.publish(joints_to_msg(state))
         self._tf.publish(scene_transforms(state))
         self._keep_shape()
+        self._show(state)
+        return True
+
+    def _show(self, state: Any) -> None:
+        """Publish the objects' meshes when there are others, and the hand while somebody looks."""
+        if state.object_ids != self._shown:
+            self._shown = state.object_ids
+            names = zip(state.object_ids, state.object_models, strict=True)
+            models = [(name, self._models[model]) for name, model in names]
+            self._markers.publish(object_markers(models))
         if self._markers.get_subscription_count():
             self._markers.publish(hand_markers(state))
-        return True
 
     def _keep_shape(self) -> None:
         """Write the hand's shape once it is calibrated."""

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -61,8 +62,9 @@ class ObjectArrays(NamedTuple):
     """(K + 1,)."""
 
 
+@lru_cache(maxsize=64)
 def geometry_of(model: ObjectModel) -> ObjectGeometry:
-    """Return the shape of a model as the tracker uses it."""
+    """Return the shape of a model as the tracker uses it; the last ones are remembered."""
     surface, _, _ = model.mesh.sample_surface(SURFACE_SAMPLES, np.random.default_rng(0))
     distance = SignedDistance.from_mesh(model.mesh, GRID_SPACING, GRID_MARGIN)
     vertices, faces = simplified(model.mesh.vertices, model.mesh.faces, DRAWN_DETAIL)

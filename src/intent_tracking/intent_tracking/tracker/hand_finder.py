@@ -1,5 +1,6 @@
 """Where a hand may be when no track follows one, or when the one that does is in doubt."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,8 +41,19 @@ class HandFinder:
     """Looks for a hand by depth and colour: what moved, looks like skin and hangs together."""
 
     def __init__(self, config: TrackerConfig, around: Surroundings) -> None:
-        self._config, self._around = config, around
+        self._config = config
+        self._take(around)
+
+    def _take(self, around: Surroundings) -> None:
+        self._around = around
         self._everything = list(range(len(around.objects.geometries)))
+
+    def join(
+        self, around: Surroundings, frame: RgbdFrame, track: SceneTrack, new: Sequence[int]
+    ) -> None:
+        """Know other objects from now on; what stood still at the beginning still does."""
+        self._take(around)
+        self._learn_objects(coarse_tile(frame, self._config.detection.size), track, new)
 
     def begin(self, frame: RgbdFrame, track: SceneTrack) -> None:
         """Take the first frame for what stands still, and learn the objects' colours from it."""
@@ -49,11 +61,15 @@ class HandFinder:
         self._still = tile.depth
         appearance = self._around.appearance
         appearance.blind = not np.any(np.ptp(frame.color[::4, ::4], axis=2) > 4)
+        self._learn_objects(tile, track, self._everything)
+
+    def _learn_objects(self, tile: Tile, track: SceneTrack, chosen: Sequence[int]) -> None:
+        """Learn the colours of objects at rest."""
         bins = color_bins(tile.color)
-        for k in self._everything:
+        for k in chosen:
             depth = track.drawn([k], track.state, tile)
             agrees = np.abs(tile.depth - depth) < self._config.track.labelling.rest_tolerance
-            appearance.learn(FIRST_OBJECT + k, bins[agrees])
+            self._around.appearance.learn(FIRST_OBJECT + k, bins[agrees])
 
     def learn_background(self, frame: RgbdFrame, track: SceneTrack) -> None:
         """Learn the colours of everything that may be taken for a hand but is none."""

@@ -4,10 +4,14 @@ An object near the hand may have been taken or put down since the last frame. Bo
 the image: moved with the hand, and left where it was.
 """
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import inverse, rotation_angle
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.image.labelling import OF_OBJECT
 from intent_tracking.scene.body_state import BodyState
 from intent_tracking.scene.hand_kernel import HandBuffers, place_hand
@@ -17,6 +21,44 @@ from intent_tracking.tracker.problem import Fit, Problem, Ties
 
 _DOUBT_PLACE, _DOUBT_TURN = 0.004, 0.10
 """How far an object may be from where it is that a trial is worth it [m, rad]."""
+_SAME_PLACE = 0.05
+"""What is recognised this near a held object is the held one, under another name [m]."""
+
+
+def joined_objects(
+    before: RecognizedObjects, answer: RecognizedObjects, held: Mapping[str, Array]
+) -> tuple[RecognizedObjects, list[int | None]]:
+    """Return the objects of a new answer beside those that a hand holds, and the answer's table.
+
+    Objects keep their place in the list; only a complete answer says that one is gone.
+
+    Args:
+        before: the objects so far.
+        answer: of the recogniser.
+        held: id -> (4, 4) present pose in the answer's frame `table` of objects near a hand: these
+            are followed, whatever the recogniser says of them.
+
+    Returns:
+        the objects, and which of the former ones each is, None = a new one.
+    """
+    fresh = {item.id: item for item in answer.objects}
+    objects: list[RecognizedObject] = []
+    kept: list[int | None] = []
+    for k, item in enumerate(before.objects):
+        new = fresh.pop(item.id, None)
+        if item.id in held:
+            objects.append(replace(item, T_table_object=held[item.id]))
+        elif new is not None or not answer.complete:
+            objects.append(new or item)
+        else:
+            continue
+        kept.append(k)
+    for item in fresh.values():
+        place = item.T_table_object[:3, 3]
+        if all(np.linalg.norm(pose[:3, 3] - place) > _SAME_PLACE for pose in held.values()):
+            objects.append(item)
+            kept.append(None)
+    return replace(answer, objects=tuple(objects)), kept
 
 
 def expected(guess: BodyState, lives: list[ObjectLife]) -> BodyState:

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_perception.basics.arrays import Array
+from intent_tracking.scene.body_state import start_state
 from intent_tracking.scene.hand_model import Side
+from intent_tracking.scene.packed_objects import PackedObjects
 from intent_tracking.tracker.object_life import ObjectLife
 from intent_tracking.tracker.problem import Fit
 from intent_tracking.tracker.scene_track import SceneTrack
@@ -29,6 +31,23 @@ class Hypothesis:
     active: tuple[int, ...] = ()
     gap: float | None = None
     """Smoothed distance of the joints from where the networks see them [m]; None: not seen yet."""
+
+    def join(
+        self, objects: PackedObjects, poses: list[Array], lives: list[ObjectLife | None]
+    ) -> None:
+        """Follow these objects from now on, and the hand as before.
+
+        Args:
+            objects: their shapes.
+            poses: (4, 4) of each in the camera's frame.
+            lives: of those that are followed already, None = at rest.
+        """
+        track = self.track
+        rest = start_state(poses)
+        track.before, track.state = rest.replaced([], track.before), rest.replaced([], track.state)
+        track.objects = objects
+        self.lives = [life or ObjectLife(pose) for life, pose in zip(lives, poses, strict=True)]
+        self.fit, self.active = None, ()
 
 
 def unusual_roll(side: Side, R_table_hand: Array) -> float:

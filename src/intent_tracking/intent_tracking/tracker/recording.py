@@ -13,10 +13,7 @@ from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import ObjectModel
-from intent_perception.recognition.detection import DetectorConfig
-from intent_perception.recognition.recognizer import RecognizedObjects, Recognizer
-from intent_perception.scene.oriented_image import orient
-from intent_perception.scene.table_plane import find_table
+from intent_perception.recognition.recognizer import RecognizedObjects, Recognizer, table_alone
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.tracker.tracker import Tracker
 from intent_tracking.tracker.tracker_config import TrackerConfig
@@ -110,7 +107,7 @@ def track_bag(
     frames: Iterator[RgbdFrame] = read_frames(bag)
     first = next(frames)
     database = database.select(chosen) if chosen else database
-    found = _table_alone(first) if chosen is None else Recognizer(database).step(first)
+    found = table_alone(first) if chosen is None else Recognizer(database).step(first)
     assert found is not None  # the first frame always gives an answer
     if not found.table_seen:
         warn("no table is seen in the first frame: only the hand is followed, no objects")
@@ -124,16 +121,6 @@ def track_bag(
         warn(tracker.trouble)
     tracker.start(found)
     return follow(tracker, _with_first(first, frames))
-
-
-def _table_alone(frame: RgbdFrame) -> RecognizedObjects:
-    """Return the table of a frame and no object."""
-    config = DetectorConfig()
-    image = orient(frame, config.focal_length, config.normal_radius, config.max_depth)
-    rng = np.random.default_rng(config.seed)
-    table = find_table(image, rng, config.table_tolerance, config.table_share)
-    T_table_camera = np.eye(4) if table is None else table.T_table_camera()
-    return RecognizedObjects(frame.stamp, (), T_table_camera)
 
 
 def _with_first(first: RgbdFrame, others: Iterator[RgbdFrame]) -> Iterator[RgbdFrame]:

@@ -21,9 +21,16 @@ from intent_tracking.image.labelling import OF_HAND
 from intent_tracking.scene.body_state import BodyState, start_state
 from intent_tracking.scene.hand_kernel import hand_buffers
 from intent_tracking.scene.hand_model import SIDES, Side
+from intent_tracking.scene.object_kernel import geometry_of
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.tracker.hand_finder import HandFinder, Search
-from intent_tracking.tracker.held_objects import expected, note_objects, reconsidered, ties_of
+from intent_tracking.tracker.held_objects import (
+    expected,
+    joined_objects,
+    note_objects,
+    reconsidered,
+    ties_of,
+)
 from intent_tracking.tracker.hypothesis import Hypothesis
 from intent_tracking.tracker.hypothesis_judge import GAP_COST, HypothesisJudge
 from intent_tracking.tracker.object_life import ObjectLife
@@ -59,6 +66,7 @@ class Tracker:
         self._watch = HandWatch(reader, self.config.key_points, self.config.look_period)
         self.forget_hand()
         self._objects: RecognizedObjects | None = None
+        self._answer: RecognizedObjects | None = None
 
     @property
     def trouble(self) -> str:
@@ -80,11 +88,8 @@ class Tracker:
         Raises:
             ValueError: if an object is not in the database.
         """
-        unknown = [o.model for o in objects.objects if o.model not in self._models]
-        if unknown:
-            raise ValueError(f"expected objects of the tracker's database, got {unknown}")
-        self._objects = objects
-        chosen = [self._models[o.model] for o in objects.objects]
+        chosen = self._models_of(objects)
+        self._objects, self._answer = objects, None
         self._around = surroundings_of(objects, chosen, self.config.table)
         T_camera_table = inverse(self._around.T_table_camera)
         poses = [T_camera_table @ o.T_table_object for o in objects.objects]
@@ -104,6 +109,59 @@ class Tracker:
         self._watch.reset()
         self._buffers = hand_buffers()
 
+    def prepare(self, objects: RecognizedObjects) -> None:
+        """Compute the shapes of objects that will join; may run in another thread than `step`.
+
+        Raises:
+            ValueError: if an object is not in the database.
+        """
+        for model in self._models_of(objects):
+            geometry_of(model)
+
+    def join(self, objects: RecognizedObjects) -> None:
+        """Take a new answer of the recogniser with the next frame.
+
+        A hand that is followed, and the objects that it holds, are followed on.
+
+        Raises:
+            ValueError: if an object is not in the database, or if `start` was not called.
+        """
+        if self._objects is None:
+            raise ValueError("expected Tracker.start before Tracker.join")
+        self._models_of(objects)
+        self._answer = objects
+
+    def _models_of(self, objects: RecognizedObjects) -> list[ObjectModel]:
+        unknown = [o.model for o in objects.objects if o.model not in self._models]
+        if unknown:
+            raise ValueError(f"expected objects of the tracker's database, got {unknown}")
+        return [self._models[o.model] for o in objects.objects]
+
+    def _join(self, answer: RecognizedObjects, frame: RgbdFrame) -> None:
+        """Let the objects of an answer take part from this frame on."""
+        assert self._objects is not None
+        T_table_camera, leader = answer.T_table_camera, (self._hypotheses or [self._still_life])[0]
+        held = {
+            item.id: T_table_camera @ leader.track.state.pose(1 + k)
+            for k, item in enumerate(self._objects.objects)
+            if leader.lives[k].active or leader.lives[k].taken
+        }
+        self._objects, kept = joined_objects(self._objects, answer, held)
+        ids = [item.id for item in self._objects.objects]
+        models = self._models_of(self._objects)
+        around = surroundings_of(self._objects, models, self.config.table)
+        appearance = self._around.appearance.joined([model.color for model in models], kept)
+        self._around = replace(around, appearance=appearance)
+        T_camera_table = inverse(T_table_camera)
+        poses = [T_camera_table @ item.T_table_object for item in self._objects.objects]
+        pairs = list(zip(ids, kept, strict=True))
+        for one in (self._still_life, *self._hypotheses):
+            lives = [one.lives[k] if k is not None and i in held else None for i, k in pairs]
+            one.join(self._around.objects, poses, lives)
+        new = [k for k, before in enumerate(kept) if before is None]
+        self._finder.join(self._around, frame, self._still_life.track, new)
+        self._judge = HypothesisJudge(self.config, self._around, self._watch)
+
     def place_hand(self, side: Side, T_camera_hand: Array, joints: Array) -> None:
         """Start from a known hand pose instead of searching for one."""
         state = self._still_life.track.state.with_hand(T_camera_hand, joints)
@@ -120,6 +178,9 @@ class Tracker:
             raise ValueError("expected Tracker.start before Tracker.step")
         if self._frames == 0:
             self._finder.begin(frame, self._still_life.track)
+        if self._answer is not None:
+            answer, self._answer = self._answer, None
+            self._join(answer, frame)
         self._look(frame)
         for hypothesis in self._hypotheses:
             self._follow(hypothesis, frame)

@@ -157,6 +157,12 @@ class ModelLibrary:
             rotation, pose[9:].astype(np.float64) - rotation @ self.centers[number].astype(float)
         )
 
+    def centred_pose(self, number: int, T_camera_object: Array) -> Floats:
+        """Return the pose (12,) of a model's centred frame: the inverse of `object_pose`."""
+        rotation = T_camera_object[:3, :3]
+        place = T_camera_object[:3, 3] + rotation @ self.centers[number].astype(float)
+        return np.concatenate([rotation.ravel(), place]).astype(np.float32)
+
 
 def _color(model: ObjectModel) -> Array:
     return np.full(3, np.nan) if np.array_equal(model.color, GREY) else np.asarray(model.color)

@@ -1,0 +1,174 @@
+"""ROS node: what a running graph says about the bags that are played to it, and when.
+
+The five nodes run as `ros2 run` would start them, in a ROS domain of their own, and hear bags from
+a player that knows nothing of them. Latency is taken from the arrival of a frame's camera_info at
+this node: it is sent together with the images.
+"""
+
+import os
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from ament_index_python import get_package_prefix
+from intent_msgs import msg as msgs
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo
+from std_msgs.msg import Header
+
+from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.bags.playback import transports
+from intent_perception.ros.node import LATCHED, RESULTS
+from intent_perception.ros.ros_domain import private_domain
+
+NODES = {
+    "recognizer": "intent_perception",
+    "tracker": "intent_tracking",
+    "grasp_detector": "intent_tracking",
+    "inference": "intent_inference",
+    "imitation": "intent_imitation",
+}
+_PATIENCE = 120.0
+"""Longest wait for the nodes to be ready and for a bag to be played to its end [s]."""
+_REST = 1.5
+"""Answers are waited for so long after the last frame [s]."""
+_TICKS = os.sysconf("SC_CLK_TCK")
+
+
+@dataclass
+class Heard:
+    """Everything said about one bag; times are wall clock [s]."""
+
+    frames: dict[int, float] = field(default_factory=dict)
+    """Stamp of each frame -> when it was sent."""
+    states: dict[int, float] = field(default_factory=dict)
+    """Stamp of each scene state -> when it came."""
+    objects: float | None = None
+    """When the first objects came."""
+    grasps: list[int] = field(default_factory=list)
+    """Stamps of stable grasps."""
+    best: dict[int, str] = field(default_factory=dict)
+    """Stamp of each final posterior -> best task."""
+    plans: dict[int, float] = field(default_factory=dict)
+    """Stamp of each plan -> when it came."""
+    cpu: dict[str, float] = field(default_factory=dict)
+    """CPU time of each node over the bag [s]."""
+    memory: dict[str, float] = field(default_factory=dict)
+    """Resident memory of each node after it [bytes]."""
+
+
+class RealtimeProbe(Node):
+    """Listens to all that the five nodes publish."""
+
+    def __init__(self, pids: dict[str, int]) -> None:
+        super().__init__("realtime_probe")
+        self._pids, self._ready = pids, set[str]()
+        self.heard = Heard()
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+        hear = self.create_subscription
+        hear(CameraInfo, "/rgb/camera_info", self._on_info, 100)
+        hear(msgs.RecognizedObjects, "/intent/objects", self._on_objects, 10)
+        hear(msgs.SceneState, "/intent/scene_state", self._on_state, RESULTS)
+        hear(msgs.StableGrasp, "/intent/stable_grasp", self._on_grasp, 10)
+        hear(msgs.TaskPosterior, "/intent/task_posterior", self._on_posterior, RESULTS)
+        hear(msgs.GraspPlan, "/intent/grasp_plan", self._on_plan, 10)
+        for name in NODES:
+            hear(Header, f"/{name}/ready", lambda _, name=name: self._ready.add(name), LATCHED)
+
+    def await_ready(self) -> float:
+        """Return how long it takes from now until all nodes are ready [s]."""
+        start = time.monotonic()
+        self._until(lambda: len(self._ready) == len(NODES), "not all nodes are ready")
+        return time.monotonic() - start
+
+    def play(self, bag: Path) -> Heard:
+        """Play a bag at its own rate and return what the graph says about it."""
+        self.heard = Heard()
+        before = {name: cpu_seconds(pid) for name, pid in self._pids.items()}
+        player = str(Path(get_package_prefix("intent_perception")) / "lib/intent_perception/replay")
+        with subprocess.Popen([player, str(bag), "--subscribers", "2"]) as process:
+            self._until(lambda: process.poll() is not None, f"{bag} was not played to its end")
+        end = time.monotonic() + _REST
+        self._until(lambda: time.monotonic() > end, "")
+        for name, pid in self._pids.items():
+            self.heard.cpu[name] = cpu_seconds(pid) - before[name]
+            self.heard.memory[name] = resident_bytes(pid)
+        return self.heard
+
+    def _on_info(self, message: Any) -> None:
+        self.heard.frames.setdefault(stamp_of(message), time.monotonic())
+
+    def _on_state(self, message: Any) -> None:
+        self.heard.states.setdefault(stamp_of(message), time.monotonic())
+
+    def _on_objects(self, message: Any) -> None:
+        if message.objects and self.heard.objects is None and self.heard.frames:
+            self.heard.objects = time.monotonic()
+
+    def _on_grasp(self, message: Any) -> None:
+        self.heard.grasps.append(stamp_of(message))
+
+    def _on_posterior(self, message: Any) -> None:
+        if not message.preliminary:
+            self.heard.best[stamp_of(message)] = message.best
+
+    def _on_plan(self, message: Any) -> None:
+        self.heard.plans.setdefault(stamp_of(message), time.monotonic())
+
+    def _until(self, condition: Callable[[], bool], trouble: str) -> None:
+        end = time.monotonic() + _PATIENCE
+        while not condition():
+            if time.monotonic() > end:
+                raise TimeoutError(f"{trouble} after {_PATIENCE:g} s")
+            self._executor.spin_once(timeout_sec=0.05)
+
+
+def cpu_seconds(pid: int) -> float:
+    """Return the CPU time of a process so far [s]."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / _TICKS
+
+
+def resident_bytes(pid: int) -> float:
+    """Return the memory that a process holds [bytes]."""
+    pages = Path(f"/proc/{pid}/statm").read_text().split()[1]
+    return float(pages) * os.sysconf("SC_PAGE_SIZE")
+
+
+@contextmanager
+def probed_graph(bag: Path, models: Path | None) -> Iterator[RealtimeProbe]:
+    """Run the five nodes in a ROS domain that no other run on this machine uses, and the probe.
+
+    Args:
+        bag: whose kind of images they hear.
+        models: objects that they know, None = the shipped ones.
+    """
+    color, depth = transports(str(bag))
+    arguments = ["--ros-args", "-r", "imitation/robot_objects:=/intent/objects"]
+    arguments += ["-p", f"color_transport:={color}", "-p", f"depth_transport:={depth}"]
+    arguments += ["-p", f"models:={models}"] if models else []
+    with private_domain(), tempfile.TemporaryDirectory() as folder:
+        nodes = {}
+        for name, package in NODES.items():
+            file = Path(get_package_prefix(package)) / "lib" / package / name
+            with (Path(folder) / f"{name}.log").open("wb") as log:
+                nodes[name] = subprocess.Popen(
+                    [str(file), *arguments], stdout=log, stderr=log, start_new_session=True
+                )
+        rclpy.init()
+        try:
+            yield RealtimeProbe({name: node.pid for name, node in nodes.items()})
+        finally:
+            rclpy.try_shutdown()
+            for node in nodes.values():
+                os.killpg(node.pid, signal.SIGKILL)
+                node.wait()
