@@ -2,7 +2,8 @@
 # Replay a recorded demonstration through the five nodes: posterior, robot grasp, and a report.
 # usage: scripts/demo.sh [BAG] [--out DIR] [--robot-bag BAG] [--models DB]
 #   BAG            a rosbag2 folder with colour, depth and camera_info; default: a shipped one
-#   --out DIR      where result.json, pictures and report.html go; default: out/demo
+#   --out DIR      where result.json, pictures and report.html go; default: out/demo. Only files of
+#                  earlier runs are replaced
 #   --robot-bag    the robot's own table; default: bags/robot_table
 #   --models DB    object database: a YAML file or a folder with one; default: the shipped 48 objects
 set -euo pipefail
@@ -18,7 +19,7 @@ while [ $# -gt 0 ]; do
     --out) out=$(realpath -m "$2") && shift 2 ;;
     --robot-bag) robot=$(realpath -m "$2") && shift 2 ;;
     --models) models=$(realpath -m "$2") && shift 2 ;;
-    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0" && exit ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0" && exit ;;
     -*) fail "unknown option $1; see scripts/demo.sh --help" ;;
     *) bag=$(realpath -m "$1") && shift ;;
   esac
@@ -32,10 +33,9 @@ export OMP_NUM_THREADS=${OMP_NUM_THREADS:-1} OPENBLAS_NUM_THREADS=${OPENBLAS_NUM
 
 heard=$(python -m intent_perception.replay "$bag") # fails here, with one sentence, on a damaged bag
 robot_heard=$(python -m intent_perception.replay "$robot")
+python -m intent_imitation.demo.result_files "$out" # here, where somebody else's files stand in the way
 common=(--ros-args --log-level warn --params-file "$root/src/intent_imitation/config/lockstep.yaml")
 [ -z "$models" ] || common+=(-p "models:=$models")
-rm -rf "$out"
-mkdir -p "$out"
 stop_at_exit
 # shellcheck disable=SC2086
 {
@@ -55,6 +55,6 @@ start intent_perception replay "$robot" --lockstep --objects-only --wait 480 --t
 finish "${pids[-1]}" "${nodes[@]}" || fail "the robot's table was not recognised; see the messages above"
 start intent_perception replay "$bag" --lockstep --subscribers 2 --listeners 4 --wait 480 --timeout 480 \
   --ros-args --log-level warn
-finish "${pids[-1]}" "${nodes[@]}" || fail "the bag was not played to its end; see the messages above"
+finish "${pids[-1]}" "${nodes[@]}" || fail "the bag was not played to its end, nothing is concluded; see the messages above"
 finish "$demo" "${nodes[@]}" || fail "the run gave no result; see the messages above"
 echo "report          $out/report.html"
