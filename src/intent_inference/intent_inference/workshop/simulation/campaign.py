@@ -1,5 +1,6 @@
 """Generation over many objects: one archive per object, in parallel, resumed where it stopped."""
 
+import re
 import time
 import zlib
 from collections.abc import Callable, Sequence
@@ -173,9 +174,10 @@ def rows_of_object(config: CampaignConfig, name: str) -> list[Row]:
 
 def _write_kept(kept: Path, name: str, rows: list[Row]) -> None:
     """Write the rows of an object in place of older ones."""
-    for old in kept.parent.glob(f"{name}.*.csv.gz"):
-        old.unlink()
     write_rows(kept, rows)
+    for old in kept.parent.iterdir():
+        if old != kept and re.fullmatch(rf"{re.escape(name)}\.[0-9a-f]{{8}}\.csv\.gz", old.name):
+            old.unlink()
 
 
 def _fingerprint(grasps: Sequence[SimulatedGrasp]) -> str:

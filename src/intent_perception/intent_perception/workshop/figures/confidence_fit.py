@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.safe_files import write_arrays, write_text
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import OBJECT_CLASSES, ObjectModel
@@ -92,14 +93,14 @@ class Detections:
 
     def write(self, path: Path) -> None:
         """Keep everything in a file."""
-        np.savez_compressed(
-            path,
-            kinds=np.array([kind for kind, _ in self.scenes]),
-            seeds=np.array([seed for _, seed in self.scenes]),
-            features=np.array(self.features, np.float32).reshape(-1, len(FEATURES)),
-            right=np.array(self.right, dtype=bool),
-            scene=np.array(self.scene, dtype=np.int64),
-        )
+        arrays = {
+            "kinds": np.array([kind for kind, _ in self.scenes]),
+            "seeds": np.array([seed for _, seed in self.scenes]),
+            "features": np.array(self.features, np.float32).reshape(-1, len(FEATURES)),
+            "right": np.array(self.right, dtype=bool),
+            "scene": np.array(self.scene, dtype=np.int64),
+        }
+        write_arrays(path, arrays)
 
     def add(self, item: DevelopmentScene, detector: Detector) -> None:
         """Search one scene."""
@@ -238,5 +239,5 @@ def main() -> None:
         if arguments.detections is not None:
             kept.write(arguments.detections)
     report = yaml.safe_dump(fitted(kept), sort_keys=False)
-    arguments.out.write_text(report)
+    write_text(arguments.out, report)
     sys.stdout.write(report)

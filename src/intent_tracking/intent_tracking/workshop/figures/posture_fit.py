@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.safe_files import write_arrays
 from intent_tracking.scene.posture_prior import SHIPPED, Posture
 
 OPEN: Array = np.radians(
@@ -42,6 +43,6 @@ def main(arguments: list[str] | None = None) -> int:
         rows = [[float(row[f"fcon_{n}"]) for n in range(20)] for row in csv.DictReader(file)]
     posture = posture_of(np.array(rows), np.random.default_rng(0))
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(options.out, allow_pickle=False, mean=posture.mean, precision=posture.precision)
+    write_arrays(options.out, posture._asdict(), compressed=False)
     sys.stdout.write(f"{len(rows)} grasps: {options.out}\n")
     return 0
