@@ -38,7 +38,7 @@ def parse_options(arguments: Sequence[str]) -> argparse.Namespace:
 
 
 def stamps_of(bag: str) -> tuple[int, ...]:
-    """Return the stamps [ns] of a bag's frames, damaged ones included.
+    """Return the stamps [ns] of a bag's frames, those that cannot be decoded included.
 
     Raises:
         ValueError: if the bag cannot be read.
