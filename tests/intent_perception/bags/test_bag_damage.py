@@ -81,8 +81,16 @@ def test_a_bag_of_ros_1_gets_the_command_that_converts_it(tmp_path: Path) -> Non
         list(read_frames(tmp_path / "old.bag"))
 
 
+def test_damaged_metadata_beside_one_whole_file_does_not_matter(tmp_path: Path) -> None:
+    bag = written(tmp_path / "bag")
+    whole = [frame.stamp for frame in read_frames(bag)]
+    (bag / "metadata.yaml").write_text("storage_identifier: [")
+    assert [frame.stamp for frame in read_frames(bag)] == whole
+
+
 def test_metadata_without_storage_gets_the_line_to_write(tmp_path: Path) -> None:
     bag = written(tmp_path / "bag")
+    (bag / "bag_1.mcap").write_bytes((bag / "bag.mcap").read_bytes())
     text = (bag / "metadata.yaml").read_text()
     changed = text.replace("storage_identifier: mcap", "storage_identifier: ''")
     assert changed != text

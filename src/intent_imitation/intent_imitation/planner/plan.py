@@ -84,5 +84,5 @@ class GraspPlan:
             for joints in (grasp.pregrasp_joints, grasp.grasp_joints):
                 if joints.shape != (len(self.joint_names),) or not np.all(np.isfinite(joints)):
                     raise ValueError(
-                        f"expected angles of {', '.join(self.joint_names)}, got {joints}"
+                        f"expected angles of {', '.join(self.joint_names)}, got {joints.tolist()}"
                     )

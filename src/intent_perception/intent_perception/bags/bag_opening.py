@@ -57,11 +57,14 @@ def _place(path: Path) -> Path:
         if not stored:
             raise ValueError(f"bag {path} is no .mcap or .db3 file and no rosbag2 folder")
         return path
-    if (path / "metadata.yaml").is_file():
-        _check_metadata(path)
-        return path
-    if len(stored) == 1:  # a recorder that was killed writes no metadata.yaml
+    known = _metadata(path)
+    packed = str(known.get("compression_mode") or "none").lower() in ("file", "message")
+    if len(stored) == 1 and stored[0].suffix == ".mcap" and not packed:
+        # It says all itself; metadata.yaml may be damaged, or missing after a killed recorder.
         return stored[0]
+    if (path / "metadata.yaml").is_file():
+        _check_metadata(path, known)
+        return path
     if stored:
         raise ValueError(
             f"bag {path} has no metadata.yaml and {len(stored)} files: make one with "
@@ -86,15 +89,19 @@ def _stored_files(path: Path) -> list[Path]:
     return stored
 
 
-def _check_metadata(path: Path) -> None:
-    """Refuse metadata that names no storage, or files that are not there, with the remedy."""
+def _metadata(path: Path) -> dict[str, Any]:
+    """Return what metadata.yaml says of a bag, nothing where it is missing or damaged."""
     try:
-        content = read_yaml(path / "metadata.yaml")
-    except ValueError as error:
-        raise damaged(path, error) from error
-    known: Any = content.get("rosbag2_bagfile_information") if isinstance(content, dict) else None
-    if not isinstance(known, dict):
-        raise damaged(path, "metadata.yaml lacks rosbag2_bagfile_information")
+        known = read_yaml(path / "metadata.yaml")["rosbag2_bagfile_information"]
+        return known if isinstance(known, dict) else {}
+    except (ValueError, TypeError, KeyError):
+        return {}
+
+
+def _check_metadata(path: Path, known: dict[str, Any]) -> None:
+    """Refuse metadata that is damaged or names no storage, with the remedy."""
+    if not known:
+        raise damaged(path, "metadata.yaml cannot be read")
     storage = known.get("storage_identifier")
     if storage not in STORAGES.values():
         raise ValueError(

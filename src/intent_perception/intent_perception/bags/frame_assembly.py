@@ -157,6 +157,7 @@ class FrameSynchroniser:
         stamp = stamp_of(message)
         if stamp < self._newest - self._jump:
             info = self._info
+            self.dropped += self.waiting
             self.reset()
             self.jumps += 1
             self._info = info  # a latched camera_info is not sent again

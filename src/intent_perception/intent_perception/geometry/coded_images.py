@@ -1,6 +1,7 @@
 """JPEG and PNG to arrays and back; the size that an image claims is checked before decoding."""
 
 import struct
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ MOST_PIXELS = 50_000_000
 """Larger images are refused: no RGB-D camera has them, and a small file may claim any size."""
 _PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG = b"\xff\xd8"
+_JPEG_END = b"\xff\xd9"
+_PNG_LENGTH = struct.Struct(">I")
 _PNG_SIZE = struct.Struct(">II")
 _JPEG_SIZE = struct.Struct(">HH")
 _FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
@@ -63,13 +66,33 @@ def write_picture(path: Path | str, image: NDArray[Any], quality: int = 95) -> N
 
 
 def _claimed_size(data: bytes) -> tuple[int, int]:
-    """Return the rows and columns that the header of an image states."""
+    """Return the rows and columns that the header of an image states, if the image is whole."""
     if data.startswith(_PNG) and len(data) > 24:
+        _check_png(data)
         width, height = _PNG_SIZE.unpack_from(data, 16)
         return int(height), int(width)
     if data.startswith(_JPEG):
+        if data.rfind(_JPEG_END) < 0:
+            raise ValueError("expected a whole JPEG image, this one is cut off")
         return _jpeg_size(data)
     raise ValueError(f"expected a JPEG or PNG image, cannot decode {len(data)} bytes")
+
+
+def _check_png(data: bytes) -> None:
+    """Refuse a PNG of which a part does not fit its checksum: decoders show what they can."""
+    place = len(_PNG)
+    while place + 12 <= len(data):
+        (length,) = _PNG_LENGTH.unpack_from(data, place)
+        end = place + 8 + length
+        if end + 4 > len(data):
+            break
+        (stated,) = _PNG_LENGTH.unpack_from(data, end)
+        if zlib.crc32(memoryview(data)[place + 4 : end]) != stated:
+            raise ValueError("expected a PNG image, its checksum does not fit (damaged)")
+        if data[place + 4 : place + 8] == b"IEND":
+            return
+        place = end + 4
+    raise ValueError("expected a whole PNG image, this one is cut off")
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:

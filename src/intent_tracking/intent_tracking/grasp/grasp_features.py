@@ -79,10 +79,11 @@ def check_features(features: GraspFeatures, std: GraspFeatures | None = None) ->
         fits = len(values) == count if count else 0 < len(values) <= 100
         if not fits or not np.all((values >= low) & (values <= high)):
             raise ValueError(
-                f"expected {name} as {count or 'some'} values in {low:g}..{high:g}, got {value}"
+                f"expected {name} as {count or 'some'} values in {low:g}..{high:g}, "
+                f"got {_shown(values)}"
             )
         if name in ("dir", "npos") and abs(float(np.linalg.norm(values)) - 1.0) > _UNIT:
-            raise ValueError(f"expected {name} as a unit vector, got {value}")
+            raise ValueError(f"expected {name} as a unit vector, got {_shown(values)}")
         spread = getattr(std, name, None)
         if spread is None:
             continue
@@ -91,7 +92,16 @@ def check_features(features: GraspFeatures, std: GraspFeatures | None = None) ->
         if len(deviations) != len(values) or not np.all(
             (known >= 0.0) & (known <= _LARGEST_DEVIATION)
         ):
-            raise ValueError(f"expected standard deviations of {name} from 0 on, got {spread}")
+            raise ValueError(
+                f"expected {len(values)} standard deviations of {name} from 0 on, "
+                f"got {_shown(deviations)}"
+            )
+
+
+def _shown(values: Array) -> str:
+    """Return at most four values as words."""
+    some = ", ".join(f"{value:.4g}" for value in values[:4])
+    return f"{len(values)} values {some}{' …' if len(values) > 4 else ''}"
 
 
 class GraspedShape:

@@ -54,7 +54,7 @@ class SceneState:
         if self.hand_shape.shape != (SHAPE_SIZE,) or not np.all(
             (self.hand_shape > 0.0) & (self.hand_shape < _LARGEST_SHARE)
         ):
-            raise ValueError(f"expected hand_shape as {SHAPE_SIZE} shares, got {self.hand_shape}")
+            raise ValueError(f"expected hand_shape as {SHAPE_SIZE} shares above 0, got others")
         # NaN is not known; what is known lies near the table.
         if np.any(np.abs(self.state) > _FARTHEST) or np.any(self.state_std < 0.0):
             raise ValueError("expected a state within metres and radians, and deviations from 0 on")
