@@ -8,8 +8,9 @@ from intent_inference.grasping.urdf import table_from_urdf
 
 (GRIPPER,) = (Path(__file__).parents[2] / "data" / "parallel_gripper").glob("*.urdf")
 HAND = """<robot name="hand"><link name="palm"><collision><geometry>
-<box size=".1 .1 .02"/></geometry></collision></link><link name="finger"><collision><geometry><sphere radius="{radius}"/></geometry>
-</collision></link><joint name="bend" type="{kind}"><parent link="palm"/><child link="finger"/>
+<box size=".1 .1 .02"/></geometry></collision></link>
+<link name="finger"><collision><geometry><sphere radius="{radius}"/></geometry></collision></link>
+<joint name="bend" type="{kind}"><parent link="palm"/><child link="finger"/>
 <axis xyz="{axis}"/><limit lower="{lower}" upper="{upper}"/></joint></robot>"""
 GOOD = {"radius": ".01", "kind": "revolute", "axis": "0 1 0", "lower": "0", "upper": "1.5"}
 

@@ -60,7 +60,8 @@ class TaskPosterior:
             (self.probability >= 0.0) & (self.probability <= 1.0)
         ):
             raise ValueError(
-                f"expected a probability in 0..1 of {', '.join(self.tasks)}, got {self.probability.tolist()}"
+                f"expected a probability in 0..1 of {', '.join(self.tasks)}, "
+                f"got {self.probability.tolist()}"
             )
         named = {self.best, *self.above_threshold} - {None}
         if not named <= set(self.tasks):
