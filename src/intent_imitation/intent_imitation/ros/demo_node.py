@@ -60,7 +60,11 @@ class DemoNode(Node):
 
     def _hear(self, kind: Any, topic: str, convert: Any, into: Any, qos: Any = LATCHED) -> None:
         def note(message: Any) -> None:
-            into.append(convert(message))
+            try:
+                into.append(convert(message))
+            except ValueError as error:
+                self.get_logger().warning(f"left out one message on {topic}: {error}")
+                return
             now = time.monotonic()
             self.progress.note(now)
             if len(self.collected.plans) <= 1 and (

@@ -29,6 +29,7 @@ from intent_inference.workshop.evaluation.shown_people import TIMES
 from intent_inference.workshop.evaluation.tracked_people import tracked_demonstration
 from intent_inference.workshop.simulation.grasp_table import Row
 from intent_inference.workshop.simulation.labels import TASKS
+from intent_perception.basics.checked_files import read_json
 from intent_perception.basics.safe_files import write_bytes, write_text
 
 _DATA = SHARE / "data"
@@ -91,7 +92,7 @@ def _demonstration(seed: int, archive: Path) -> Demonstration:
         write_text(path, json.dumps(asdict(made)))
         seconds = time.process_time() - started
         print(f"{seed}: {made.reason or 'tracked'}, {seconds:.0f} s CPU", flush=True)
-    stored: Demonstration = json.loads(path.read_text())
+    stored: Demonstration = read_json(path)
     return stored
 
 

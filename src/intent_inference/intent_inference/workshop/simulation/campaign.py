@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from intent_inference import SHARE
 from intent_inference.grasping.autograsp import Fate
@@ -35,6 +34,7 @@ from intent_inference.workshop.simulation.simulated_grasp import (
 )
 from intent_inference.workshop.simulation.stability import ShakeConfig
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.checked_files import read_yaml
 from intent_perception.basics.parameters import Checked
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 
@@ -82,8 +82,7 @@ class Progress:
 
 def settings(path: Path = SETTINGS) -> GenerationConfig:
     """Return the generation settings of a YAML file, by default those of the shipped data."""
-    with path.open(encoding="utf-8") as stream:
-        values = yaml.safe_load(stream) or {}
+    values = read_yaml(path) or {}
     try:
         return GenerationConfig(
             **values.get("generation", {}),

@@ -23,6 +23,7 @@ import yaml
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.basics.safe_files import write_arrays, write_text
 from intent_perception.geometry.camera import RgbdFrame
@@ -86,10 +87,10 @@ class Detections:
         """Return what a file keeps, nothing where there is none."""
         if path is None or not path.exists():
             return cls()
-        with np.load(path, allow_pickle=False) as kept:
-            scenes = list(zip(kept["kinds"].tolist(), kept["seeds"].tolist(), strict=True))
-            right, scene = kept["right"].tolist(), kept["scene"].tolist()
-            return cls(scenes, list(kept["features"]), right, scene)
+        kept = read_arrays(path, "detections")
+        scenes = list(zip(kept["kinds"].tolist(), kept["seeds"].tolist(), strict=True))
+        right, scene = kept["right"].tolist(), kept["scene"].tolist()
+        return cls(scenes, list(kept["features"]), right, scene)
 
     def write(self, path: Path) -> None:
         """Keep everything in a file."""
