@@ -95,7 +95,9 @@ def damaged_arrays(rng: Rng, arrays: dict[str, Any]) -> bytes:
         case 4:
             changed[name] = array.T if array.ndim > 1 else np.zeros((2, 2))
         case 5:
-            changed[name] = array.astype(rng.choice(["U20", "c16", "u1", "?", "f2", "S3"]))
+            kinds = ["U20", "c16", "u1", "?", "f2", "S3"] if array.dtype.kind in "fiub" else ["S3"]
+            with np.errstate(all="ignore"):
+                changed[name] = array.astype(rng.choice(kinds))
         case 6:
             return _false_header(rng, changed, name)
         case _:

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,32 +12,25 @@ from tests.faults import mutation
 from tests.faults.bag_subjects import BAG_SUBJECTS
 from tests.faults.mutation import Rng
 from tests.faults.outcome import Answer, Subject
+from tests.faults.result_subjects import RESULT_SUBJECTS, features, finite
 
 from intent_imitation.demo.known_truth import truth_of
 from intent_imitation.planner.grasp_library import GraspLibrary
 from intent_inference.grasping.grasping_hand import GraspingHand
-from intent_inference.intention.estimator import IntentionEstimator
 from intent_inference.network.model_file import load_model
 from intent_inference.workshop.training.labelled_table import read_grasps
 from intent_perception import SHARE
-from intent_perception.basics.array_files import read_arrays
 from intent_perception.geometry.camera import read_camera
 from intent_perception.geometry.cloud import read_cloud
 from intent_perception.geometry.coded_images import read_picture, write_picture
 from intent_perception.geometry.transforms import make_pose, require_pose
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.scene.camera_calibration import read_calibration
-from intent_tracking.grasp.grasp_detector import StableGrasp
-from intent_tracking.grasp.grasp_features import GraspFeatures
 
 ROOT = Path(__file__).resolve().parents[2]
 INFERENCE = ROOT / "src/intent_inference/intent_inference/share"
 IMITATION = ROOT / "src/intent_imitation/intent_imitation/share"
 MESHES = SHARE / "objects" / "meshes"
-
-
-def finite(*values: Any) -> bool:
-    return all(np.all(np.isfinite(np.asarray(v, dtype=np.float64))) for v in values)
 
 
 @cache
@@ -55,14 +47,8 @@ def _array_file(path: Path) -> Callable[[Rng, Path], Path]:
     return make
 
 
-@cache
-def _features() -> Any:
-    table = read_grasps(INFERENCE / "data" / "human.csv.gz")
-    return {name: values[:3] for name, values in table.features.items()}
-
-
 def _use_model(path: Path) -> Answer:
-    posterior = load_model(path).posterior(_features())
+    posterior = load_model(path).posterior(features())
     return Answer(finite(posterior) and posterior.min() >= 0.0 and posterior.max() <= 1.0)
 
 
@@ -243,38 +229,6 @@ def _use_truth(path: Path) -> Answer:
     return Answer(True)
 
 
-def _grasp_arrays(rng: Rng, folder: Path) -> Path:
-    row = {name: np.asarray(values[0]) for name, values in _features().items()}
-    std = {f"std_{name}": np.full(np.size(v), 0.05) for name, v in row.items() if name != "obcl"}
-    arrays = {**row, **std, "T": np.eye(4)}
-    arrays.pop("obcl")
-    name = str(rng.choice(sorted(arrays)))
-    changed = dict(arrays)
-    changed[name] = mutation.wild(rng, np.atleast_1d(arrays[name]))
-    if rng.random() < 0.3:
-        changed[name] = np.atleast_1d(arrays[name]).ravel()[:-1]
-    if rng.random() < 0.1:
-        changed |= {n: np.full(np.shape(v), -1.0) for n, v in row.items() if n != "obcl"}
-    np.savez(folder / "grasp.npz", allow_pickle=False, **changed)
-    return folder / "grasp.npz"
-
-
-@cache
-def _estimator() -> IntentionEstimator:
-    return IntentionEstimator()
-
-
-def _use_grasp(path: Path) -> Answer:
-    stored = read_arrays(path, "grasp")
-    names = ("size", "conv", "dir", "npos", "fcon", "fvol", "coc", "gbvl")
-    features = GraspFeatures("mug", **{name: stored.get(name) for name in names})
-    std = GraspFeatures(None, **{name: stored.get(f"std_{name}") for name in names})
-    grasp = StableGrasp(1, "mug_0", "mug_0", "mug", "right", features, std, stored["T"])
-    posterior = _estimator().step(replace(grasp, stamp=2))
-    assert posterior is not None
-    return Answer(finite(posterior.probability, posterior.unknown_score))
-
-
 SUBJECTS: tuple[Subject, ...] = (
     *BAG_SUBJECTS,
     Subject("model", _array_file(INFERENCE / "models" / "human.npz"), _use_model),
@@ -289,5 +243,5 @@ SUBJECTS: tuple[Subject, ...] = (
     Subject("picture", _picture_file, _use_picture),
     Subject("point cloud", _cloud_file, _use_cloud),
     Subject("truth of a bag", _truth_file, _use_truth),
-    Subject("stable grasp", _grasp_arrays, _use_grasp),
+    *RESULT_SUBJECTS,
 )

@@ -8,7 +8,7 @@ from tests.faults.subjects import SUBJECTS
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 
-SEEDS = range(0, 136)
+SEEDS = range(0, 152)
 
 
 @pytest.fixture(scope="module", autouse=True)
