@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from intent_inference.workshop.recipes.bag_maker import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    main(Path(__file__).resolve().parent / "generated")
+    generated = Path(__file__).resolve().parent / "generated"
+    command("intent_inference.workshop.recipes.bag_maker", generated)

@@ -1,24 +1,33 @@
 #!/usr/bin/env bash
 # Replay a recorded demonstration through the five nodes: posterior, robot grasp, and a report.
-# usage: scripts/demo.sh [BAG] [--out DIR] [--robot-bag BAG] [--models DB]
+# usage: scripts/demo.sh [BAG] [--out DIR] [--robot-bag BAG] [--models DB] [--params FILE]
+#          [--model BN^H] [--network BN^R]
 #   BAG            a rosbag2 folder with colour, depth and camera_info; default: a shipped one
-#   --out DIR      where result.json, pictures and report.html go; default: out/demo
+#   --out DIR      where result.json, pictures and report.html go; default: out/demo. Only files of
+#                  earlier runs are replaced
 #   --robot-bag    the robot's own table; default: bags/robot_table
 #   --models DB    object database: a YAML file or a folder with one; default: the shipped 48 objects
+#   --params FILE  parameters of the nodes (see src/*/config)
+#   --model FILE   what the person's grasps mean: networks of `train`; default: the shipped BN^H
+#   --network FILE what the robot's grasps are good for; default: the shipped BN^R
+# A run that does not see the whole bag ends with an error that says after how many frames.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # shellcheck source=scripts/environment.sh
 source "$here/environment.sh"
 # shellcheck source=scripts/graph.sh
 source "$here/graph.sh"
-bag='' out=$root/out/demo robot=$root/bags/robot_table models=''
+bag='' out=$root/out/demo robot=$root/bags/robot_table models='' params='' model='' network=''
 while [ $# -gt 0 ]; do
   case $1 in
-    --out | --robot-bag | --models) [ $# -gt 1 ] || fail "$1 needs a value" ;;&
+    --out | --robot-bag | --models | --params | --model | --network) [ $# -gt 1 ] || fail "$1 needs a value" ;;&
     --out) out=$(realpath -m "$2") && shift 2 ;;
     --robot-bag) robot=$(realpath -m "$2") && shift 2 ;;
     --models) models=$(realpath -m "$2") && shift 2 ;;
-    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0" && exit ;;
+    --params) params=$(realpath -m "$2") && shift 2 ;;
+    --model) model=$(realpath -m "$2") && shift 2 ;;
+    --network) network=$(realpath -m "$2") && shift 2 ;;
+    -h | --help) sed -n '2,13s/^# \{0,1\}//p' "$0" && exit ;;
     -*) fail "unknown option $1; see scripts/demo.sh --help" ;;
     *) bag=$(realpath -m "$1") && shift ;;
   esac
@@ -32,10 +41,13 @@ export OMP_NUM_THREADS=${OMP_NUM_THREADS:-1} OPENBLAS_NUM_THREADS=${OPENBLAS_NUM
 
 heard=$(python -m intent_perception.replay "$bag") # fails here, with one sentence, on a damaged bag
 robot_heard=$(python -m intent_perception.replay "$robot")
+python -m intent_imitation.demo.result_files "$out" # here, where somebody else's files stand in the way
 common=(--ros-args --log-level warn --params-file "$root/src/intent_imitation/config/lockstep.yaml")
 [ -z "$models" ] || common+=(-p "models:=$models")
-rm -rf "$out"
-mkdir -p "$out"
+for file in ${params:+"$params"} ${model:+"$model"} ${network:+"$network"}; do
+  [ -r "$file" ] || fail "cannot read $file"
+done
+[ -z "$params" ] || common+=(--params-file "$params")
 stop_at_exit
 # shellcheck disable=SC2086
 {
@@ -45,8 +57,9 @@ stop_at_exit
   start intent_tracking tracker "${common[@]}" $heard
 }
 start intent_tracking grasp_detector "${common[@]}"
-start intent_inference inference "${common[@]}"
-start intent_imitation imitation "${common[@]}" -r imitation/robot_objects:=/robot/intent/objects
+start intent_inference inference "${common[@]}" ${model:+-p "model:=$model"}
+start intent_imitation imitation "${common[@]}" -r imitation/robot_objects:=/robot/intent/objects \
+  ${network:+-p "network:=$network"}
 nodes=("${pids[@]}")
 start intent_imitation demo "$bag" --robot-bag "$robot" ${models:+--models "$models"} --out "$out"
 demo=${pids[-1]}
@@ -55,6 +68,6 @@ start intent_perception replay "$robot" --lockstep --objects-only --wait 480 --t
 finish "${pids[-1]}" "${nodes[@]}" || fail "the robot's table was not recognised; see the messages above"
 start intent_perception replay "$bag" --lockstep --subscribers 2 --listeners 4 --wait 480 --timeout 480 \
   --ros-args --log-level warn
-finish "${pids[-1]}" "${nodes[@]}" || fail "the bag was not played to its end; see the messages above"
+finish "${pids[-1]}" "${nodes[@]}" || fail "the bag was not played to its end, nothing is concluded; see the messages above"
 finish "$demo" "${nodes[@]}" || fail "the run gave no result; see the messages above"
 echo "report          $out/report.html"

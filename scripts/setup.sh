@@ -123,4 +123,4 @@ once build msg_defs colcon.meta src/*/package.xml src/*/setup.* src/*/config src
   -- build
 (once hand-networks src/intent_tracking/intent_tracking/hands/network_files.py -- fetch_networks) || true
 mapfile -t kernels < <(grep -rlE --include='*.py' '^@(\w+_)?kernel$' src)
-once kernels "${kernels[@]}" -- compile_kernels
+once kernels src/intent_perception/intent_perception/basics/kernels.py "${kernels[@]}" -- compile_kernels

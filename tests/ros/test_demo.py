@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from ament_index_python import get_package_prefix
 from tests.support.harness import shipped_bag
 
 from intent_perception.bags.bag_files import transcode
@@ -27,6 +28,19 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any
         found[depth] = json.loads((out / "result.json").read_text())
         assert found[depth].pop("seconds") > 0
     return found
+
+
+def test_a_run_of_which_no_frame_was_seen_ends_in_an_error_and_writes_nothing(
+    tmp_path: Path,
+) -> None:
+    node = Path(get_package_prefix("intent_imitation")) / "lib/intent_imitation/demo"
+    bag, out = shipped_bag("pour_bottle"), tmp_path / "out"
+    command = [str(node), str(bag), "--out", str(out), "--patience", "2"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 1
+    assert "stopped after 0 of 84 frames" in done.stderr
+    assert "nothing is concluded" in done.stderr
+    assert not list(out.glob("*"))
 
 
 @pytest.mark.parametrize("other", FORMATS[1:])

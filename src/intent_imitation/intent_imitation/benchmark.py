@@ -1,6 +1,6 @@
 """Command: `python -m intent_imitation.benchmark`."""
 
-from intent_imitation.workshop.trials.imitation_benchmark import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    main()
+    command("intent_imitation.workshop.trials.imitation_benchmark")

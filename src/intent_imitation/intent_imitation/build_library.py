@@ -1,6 +1,6 @@
 """Command: `python -m intent_imitation.build_library`."""
 
-from intent_imitation.workshop.practice.library_maker import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    main()
+    command("intent_imitation.workshop.practice.library_maker")

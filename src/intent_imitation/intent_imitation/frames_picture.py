@@ -1,6 +1,6 @@
 """Command: `python -m intent_imitation.frames_picture`."""
 
-from intent_imitation.workshop.figures.hand_frames_figure import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    main()
+    command("intent_imitation.workshop.figures.hand_frames_figure")

@@ -1,8 +1,6 @@
 """Command: `python -m intent_inference.evaluate`."""
 
-import sys
-
-from intent_inference.workshop.evaluation.evaluate_command import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    command("intent_inference.workshop.evaluation.evaluate_command")

@@ -1,8 +1,6 @@
 """Command: `python -m intent_inference.simulate`."""
 
-import sys
-
-from intent_inference.workshop.simulation.simulate_command import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    command("intent_inference.workshop.simulation.simulate_command")

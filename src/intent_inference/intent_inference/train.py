@@ -1,8 +1,6 @@
 """Command: `python -m intent_inference.train`."""
 
-import sys
-
-from intent_inference.workshop.training.train_command import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    command("intent_inference.workshop.training.train_command")

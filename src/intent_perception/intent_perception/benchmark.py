@@ -1,6 +1,6 @@
 """Command: `python -m intent_perception.benchmark`."""
 
-from intent_perception.workshop.figures.recognition_benchmark import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    main()
+    command("intent_perception.workshop.figures.recognition_benchmark")

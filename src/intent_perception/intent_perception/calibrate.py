@@ -1,6 +1,6 @@
 """Command: `python -m intent_perception.calibrate`."""
 
-from intent_perception.scene.calibrate_command import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    main()
+    command("intent_perception.scene.calibrate_command")

@@ -1,6 +1,6 @@
 """Command: `python -m intent_perception.fit_confidence`."""
 
-from intent_perception.workshop.figures.confidence_fit import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    main()
+    command("intent_perception.workshop.figures.confidence_fit")

@@ -1,6 +1,6 @@
 """Command: `python -m intent_perception.parametric`."""
 
-from intent_perception.workshop.things.object_catalogue import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    main()
+    command("intent_perception.workshop.things.object_catalogue")

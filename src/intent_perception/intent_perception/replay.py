@@ -1,6 +1,6 @@
 """Command: `python -m intent_perception.replay`."""
 
-from intent_perception.bags.playback import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    main()
+    command("intent_perception.bags.playback")

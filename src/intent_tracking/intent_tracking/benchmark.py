@@ -1,8 +1,6 @@
 """Command: `python -m intent_tracking.benchmark`."""
 
-import sys
-
-from intent_tracking.workshop.figures.tracking_benchmark import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    command("intent_tracking.workshop.figures.tracking_benchmark")

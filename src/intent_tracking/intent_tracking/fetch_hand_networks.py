@@ -1,8 +1,6 @@
 """Command: `python -m intent_tracking.fetch_hand_networks`."""
 
-import sys
-
-from intent_tracking.hands.fetch_networks_command import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    command("intent_tracking.hands.fetch_networks_command")

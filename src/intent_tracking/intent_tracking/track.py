@@ -1,8 +1,6 @@
 """Command: `python -m intent_tracking.track`."""
 
-import sys
-
-from intent_tracking.tracker.track_command import main
+from intent_perception.basics.commands import command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    command("intent_tracking.tracker.track_command")

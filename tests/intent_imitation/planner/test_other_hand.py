@@ -7,8 +7,9 @@ import pytest
 
 from intent_imitation.planner.planner import GraspPlanner, PlannerConfig
 from intent_imitation.workshop.practice import library_maker as build_library
-from intent_inference import simulate, train
 from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_inference.workshop.simulation import simulate_command as simulate
+from intent_inference.workshop.training import train_command as train
 from intent_perception.geometry.transforms import make_pose
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects

@@ -118,6 +118,8 @@ def test_open_mesh_is_an_object_without_volume(tmp_path: Path) -> None:
         ({"color": [255, 0, 0]}, "values in 0..1"),
         ({"mass": -1}, "expected mass above 0"),
         ({"symmetry": "round"}, "object 'thing'"),
+        ({"symmetry": {"turns": [[0, 0, 0, 1e300, 0, 0]]}}, "turns of numbers within 10"),
+        ({"stable_poses": [[0, 0, float("nan"), 0, 0, 0]]}, "stable_poses of numbers within 10"),
         ({"functions": {"tip": [1, 2]}}, "expected 3 numbers for tip"),
         ({"unit": None}, r"lacks \['unit'\]"),
         ({"mesh": "none.stl"}, "none.stl does not exist"),

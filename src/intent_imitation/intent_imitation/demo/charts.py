@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from intent_imitation.planner.plan import GraspPlan, ObjectChoice
 from intent_inference.intention.estimator import TaskPosterior
+from intent_perception.basics.safe_files import written_beside
 
 TASK_COLORS = {
     "hand-over": "#0072B2",
@@ -63,7 +64,8 @@ def figure(path: Path, width: float, height: float) -> Iterator[Figure]:
     with mpl.rc_context(STYLE):
         canvas = Figure(figsize=(width, height), layout="constrained")
         yield canvas
-        canvas.savefig(path, dpi=140, bbox_inches="tight", pad_inches=0.12)
+        with written_beside(path) as part:
+            canvas.savefig(part, dpi=140, bbox_inches="tight", pad_inches=0.12)
 
 
 def draw_timeline(

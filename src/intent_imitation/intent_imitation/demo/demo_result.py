@@ -1,56 +1,44 @@
 """What the demo makes of a run: result.json, a few printed lines, and the report."""
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TextIO
 
-import numpy as np
-
-from intent_imitation.demo.run_record import DemoRecord, DemoTruth, moments, result
+from intent_imitation.demo.collected import Collected
+from intent_imitation.demo.known_truth import truth_of
+from intent_imitation.demo.report import write_report
+from intent_imitation.demo.result_files import RESULT
+from intent_imitation.demo.run_progress import check_answers
+from intent_imitation.demo.run_record import DemoRecord, moments, result
 from intent_imitation.planner.plan import GraspPlan
-from intent_inference.intention.estimator import TaskPosterior
 from intent_perception.bags.bag_files import read_frames
 from intent_perception.bags.playback import bundles
+from intent_perception.basics.own_folder import OwnFolder
+from intent_perception.basics.safe_files import write_json
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObjects
-from intent_tracking.grasp.grasp_detector import StableGrasp
-from intent_tracking.scene.scene_state import SceneState
-
-
-@dataclass
-class Collected:
-    """Everything the nodes have said, in the order of arrival."""
-
-    objects: list[RecognizedObjects] = field(default_factory=list)
-    robot_objects: list[RecognizedObjects] = field(default_factory=list)
-    states: list[SceneState] = field(default_factory=list)
-    grasps: list[StableGrasp] = field(default_factory=list)
-    posteriors: list[TaskPosterior] = field(default_factory=list)
-    plans: list[GraspPlan] = field(default_factory=list)
-    started: float | None = None
-    """Wall time of the first frame [s]."""
-    planned: float | None = None
-    """Wall time of the first plan, else of the last message [s]."""
 
 
 def parse_options(arguments: Sequence[str]) -> argparse.Namespace:
-    """Return bag, robot_bag, models, out and timeout of the command line."""
+    """Return bag, robot_bag, models, out and patience of the command line."""
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("bag")
     parser.add_argument("--robot-bag", default="")
     parser.add_argument("--models", default="")
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--timeout", type=float, default=600.0, help="longest run [s]")
+    parser.add_argument(
+        "--patience", type=float, default=480.0, help="give up after so long without news [s]"
+    )
     return parser.parse_args(arguments)
 
 
 def stamps_of(bag: str) -> tuple[int, ...]:
-    """Return the stamps [ns] of a bag's frames, damaged ones included.
+    """Return the stamps [ns] of a bag's frames, those that cannot be decoded included.
 
     Raises:
         ValueError: if the bag cannot be read.
@@ -59,18 +47,25 @@ def stamps_of(bag: str) -> tuple[int, ...]:
 
 
 def record_of(options: argparse.Namespace, collected: Collected) -> DemoRecord:
-    """Return the record of a run, with the images that the report draws on."""
+    """Return the record of a run, with the images that the report draws on.
+
+    Raises:
+        ValueError: if the tracker has answered too few of the bag's frames.
+    """
     stamps = stamps_of(options.bag)
     shown = set(moments(stamps, collected.grasps)) | {stamps[0]}
-    frames = tuple(
-        frame for frame in read_frames(options.bag, on_bad_frame=_ignore) if frame.stamp in shown
-    )
+    frames, readable = [], []
+    for frame in read_frames(options.bag, on_bad_frame=_ignore):
+        readable.append(frame.stamp)
+        if frame.stamp in shown:
+            frames.append(frame)
+    check_answers(readable, collected)
     states = {state.stamp: state for state in collected.states}
     lost = sum(stamp not in states or states[stamp].hand_lost for stamp in stamps)
     seconds = (collected.planned or 0.0) - (collected.started or collected.planned or 0.0)
     return DemoRecord(
         bag=Path(options.bag).resolve().name,
-        frames=frames,
+        frames=tuple(frames),
         objects=_started_from(collected),
         states=tuple(collected.states),
         grasps=tuple(collected.grasps),
@@ -81,38 +76,36 @@ def record_of(options: argparse.Namespace, collected: Collected) -> DemoRecord:
         database=ObjectDatabase.load(options.models or None),
         frames_total=len(stamps),
         frames_lost=lost,
+        frames_left_out=len(stamps) - len(readable),
         seconds=round(seconds, 3),
-        truth=truth_of(options.bag, collected.states),
     )
 
 
-def truth_of(bag: str, states: Sequence[SceneState]) -> DemoTruth | None:
-    """Return what the file truth.npz beside a bag says; None without one. No node reads it."""
-    path = Path(bag) / "truth.npz"
-    if not path.is_file():
-        return None
-    with np.load(path, allow_pickle=False) as truth:
-        rows = {int(stamp): index for index, stamp in enumerate(truth["stamps"])}
-        errors = [
-            np.linalg.norm(state.joints_camera - truth["joints_camera"][rows[state.stamp]], axis=1)
-            for state in states
-            if state.hand_tracked
-            and state.stamp in rows
-            and truth["hand_in_view"][rows[state.stamp]]
-        ]
-        tasks, grasps = truth["task"], truth["grasp_stamp"]
-        return DemoTruth(
-            task=str(tasks[0]) if len(tasks) else None,
-            grasp_stamp=int(grasps[0]) if len(grasps) else None,
-            joint_error=float(np.mean(errors)) if errors else None,
-        )
+def write_all(record: DemoRecord, bag: str, folder: OwnFolder, stream: TextIO = sys.stdout) -> None:
+    """Write and print what came of a run: first the result, then its comparison with the truth.
+
+    Raises:
+        ValueError: if the folder cannot be written.
+    """
+    folder.path.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=".part-", dir=folder.path) as name:
+        part = Path(name)
+        folder.put(write_result(record, part), RESULT)
+        try:
+            record = replace(record, truth=truth_of(bag, record.states))
+        except ValueError as error:
+            stream.write(f"warning: {error}\n")
+        folder.put(write_result(record, part), RESULT)
+        print_result(record, stream)
+        write_report(record, part)
+        for file in sorted(part.iterdir()):
+            folder.put(file, file.name)
 
 
 def write_result(record: DemoRecord, folder: Path) -> Path:
     """Write result.json (CONTRACT: its keys) into a folder, made if missing; return its path."""
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "result.json"
-    path.write_text(json.dumps(result(record), indent=2) + "\n", encoding="utf-8")
+    path = folder / RESULT
+    write_json(path, result(record), indent=2)
     return path
 
 
@@ -120,6 +113,8 @@ def print_result(record: DemoRecord, stream: TextIO = sys.stdout) -> None:
     """Print posterior, chosen object and grasp."""
     lines = [f"bag             {record.bag}: {record.frames_total} frames"]
     lines += [f"frames lost     {record.frames_lost}"]
+    if record.frames_left_out:
+        lines += [f"damaged         {record.frames_left_out} frames, left out"]
     if record.final is None:
         lines += ["stable grasp    none: nothing to conclude"]
     else:

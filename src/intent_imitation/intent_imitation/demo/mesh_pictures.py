@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera
+from intent_perception.geometry.coded_images import write_picture
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.rendering import render
 from intent_perception.geometry.transforms import inverse, transform_points
@@ -222,8 +223,7 @@ def annotate(image: Image, tags: Sequence[Tag], size: float = 0.75) -> Image:
 
 def write_image(path: Path, image: Image) -> None:
     """Write RGB to a PNG file."""
-    if not cv2.imwrite(str(path), image[..., ::-1]):
-        raise OSError(f"cannot write the picture {path}")
+    write_picture(path, image)
 
 
 def _plate(canvas: Image, box: tuple[int, int, int, int], color: tuple[float, ...]) -> None:

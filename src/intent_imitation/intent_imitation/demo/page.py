@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 
 from intent_imitation.demo.report_text import Figure, Rows
+from intent_perception.geometry.coded_images import read_picture
 
 _STYLE = """
 :root{--ink:#1f2933;--soft:#5c6873;--line:#e1e6eb;--card:#fff;--back:#f5f7f9;--accent:#0b7a57}
@@ -106,9 +107,7 @@ def _picture(picture: PagePicture) -> str:
 
 def _embedded(path: Path) -> str:
     """Return the image as a data URI: JPEG, a fifth of the PNG's size."""
-    image = cv2.imread(str(path))
-    if image is None:
-        raise OSError(f"cannot read the picture {path}")
+    image = read_picture(path, cv2.IMREAD_COLOR)
     _, coded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, 88])
     return "data:image/jpeg;base64," + base64.b64encode(coded.tobytes()).decode("ascii")
 

@@ -21,6 +21,7 @@ from intent_imitation.demo.panels import (
 )
 from intent_imitation.demo.report_text import figures, grasp_rows, object_rows, summary
 from intent_imitation.demo.run_record import DemoRecord, DemoTruth, moments, result
+from intent_perception.basics.safe_files import write_text
 
 __all__ = ["DemoRecord", "DemoTruth", "moments", "result", "write_report"]
 
@@ -41,7 +42,7 @@ def write_report(record: DemoRecord, out_dir: Path) -> None:
         "table, its choice of object, ranked grasp hypotheses and the chosen grasp.",
     )
     text = page(summary(record), figures(record), flow, [seen, concluded, answered])
-    (out_dir / "report.html").write_text(text, encoding="utf-8")
+    write_text(out_dir / "report.html", text)
 
 
 def _seen(record: DemoRecord, shown: list[Moment], out_dir: Path) -> Chapter:

@@ -59,6 +59,8 @@ class DemoRecord:
     seconds: float
     """Wall time from the first frame to the plan [s]."""
     truth: DemoTruth | None = None
+    frames_left_out: int = 0
+    """Frames of the bag that are damaged."""
 
     @property
     def final(self) -> TaskPosterior | None:
@@ -101,6 +103,7 @@ def result(record: DemoRecord) -> dict[str, Any]:
         "robot_objects": None if plan is None else [_choice(choice) for choice in plan.objects],
         "frames": record.frames_total,
         "frames_lost": record.frames_lost,
+        "frames_left_out": record.frames_left_out,
         "track_error_mm": None if error is None else error * 1e3,
         "seconds": record.seconds,
     }

@@ -21,6 +21,8 @@ _BANDS = 8
 """Horizontal slices of an object."""
 _SIZES = 4
 """The first numbers of a descriptor: three sizes and the convexity."""
+_WILD = 1e3
+"""Descriptors are logarithms and shares."""
 _FLOOR = 0.02
 """Added to each descriptor's spread: smaller differences mean nothing."""
 _REACH = 0.9
@@ -41,6 +43,8 @@ class Kinds:
     def __post_init__(self) -> None:
         if not len(self.names) == len(self.classes) == len(self.shapes):
             raise ValueError("expected one name, class and shape for each object")
+        if self.shapes.ndim != 2 or not np.all(np.abs(self.shapes) < _WILD):
+            raise ValueError("expected shapes of ordinary numbers, got NaN, infinity or others")
 
     def only(self, names: Sequence[str]) -> "Kinds":
         """Return what a robot knows that has practised with the named objects only."""

@@ -1,10 +1,8 @@
 """Preplanned grasps of the robot's hand, stored per object and never with labels or margins."""
 
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +10,25 @@ from numpy.typing import NDArray
 from intent_imitation import SHARE
 from intent_imitation.planner.class_from_shape import Kinds
 from intent_inference.grasping.grasping_hand import GraspingHand
+from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.safe_files import write_arrays
+from intent_perception.geometry.transforms import require_pose
 from intent_tracking.grasp.grasp_features import GraspedShape, grasp_features
 
 LIBRARIES = SHARE / "libraries"
+
+
+_BOUNDS: dict[str, tuple[tuple[int, ...] | None, float]] = {
+    "approach": ((3,), 1.01),
+    "pregrasp_joints": (None, 10.0),
+    "grasp_joints": (None, 10.0),
+    "stability": ((), 1.0),
+    "free_volume": ((1,), 1.0),
+    "contact_center": ((3,), 10.0),
+    "grasped_box": ((3,), 2.0),
+}
+"""Shape of a row of each array, and the greatest value that it may hold."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +59,15 @@ class GraspSet:
         for field in fields(self):
             if len(getattr(self, field.name)) != count:
                 raise ValueError(f"expected {count} rows of {field.name}")
+        require_pose(self.T_object_hand, "T_object_hand")
+        for name, (width, largest) in _BOUNDS.items():
+            values = getattr(self, name)
+            expected = values.shape[1:] if width is None else width
+            if values.shape != (count, *expected) or not np.all(np.abs(values) <= largest):
+                raise ValueError(
+                    f"expected {name} of {(count, *expected)} within {largest:g}, "
+                    f"got {values.shape} or others"
+                )
 
     def __len__(self) -> int:
         return len(self.T_object_hand)
@@ -130,20 +152,20 @@ class GraspLibrary:
         """
         source = path if path is not None else LIBRARIES / f"{hand}.npz"
         remedy = "rebuild it: python -m intent_imitation.build_library"
-        if not source.is_file():
+        if not source.exists():
             raise ValueError(f"no grasp library {source}; {remedy}")
         try:
-            with source.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
-                columns = {name: np.asarray(stored[name]) for name in stored.files}
+            columns = read_arrays(source, "grasp library")
             name = str(columns.pop("hand"))
             models, rows = columns.pop("models"), columns.pop("model")
             kinds = _kinds(columns)
             sets = {str(m): _rows(columns, rows == k) for k, m in enumerate(models)}
-        except (KeyError, OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
+        except (KeyError, ValueError, IndexError, TypeError, AttributeError) as error:
             raise ValueError(f"damaged grasp library {source} ({error}); {remedy}") from error
         joints = len(GraspingHand.load(name).table.joint_names)
         for model, grasps in sets.items():
-            if grasps.grasp_joints.shape[1] != joints:
+            widths = grasps.grasp_joints.shape[1:], grasps.pregrasp_joints.shape[1:]
+            if widths != ((joints,), (joints,)):
                 raise ValueError(f"library {source}: {model} is for another hand; {remedy}")
         return cls(name, sets, kinds)
 
@@ -163,8 +185,7 @@ class GraspLibrary:
         for field in fields(GraspSet):
             values = np.concatenate([getattr(self.sets[m], field.name) for m in models])
             columns[field.name] = values if values.dtype == bool else values.astype(np.float32)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(path, **columns)  # type: ignore[arg-type]
+        write_arrays(path, columns)
 
 
 def _kinds(columns: dict[str, NDArray[np.generic]]) -> Kinds:

@@ -17,7 +17,10 @@ A `GraspCandidate` maps one to one to moveit_msgs/Grasp:
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import require_pose
 
 
 @dataclass(frozen=True)
@@ -73,3 +76,13 @@ class GraspPlan:
     """Name of the robot hand."""
     joint_names: tuple[str, ...]
     """(J,) order of the joint postures."""
+
+    def __post_init__(self) -> None:
+        """Refuse a plan that no hand can carry out."""
+        for grasp in self.grasps:
+            require_pose(grasp.T_table_hand, f"T_table_hand of a grasp of {grasp.object_id!r}")
+            for joints in (grasp.pregrasp_joints, grasp.grasp_joints):
+                if joints.shape != (len(self.joint_names),) or not np.all(np.isfinite(joints)):
+                    raise ValueError(
+                        f"expected angles of {', '.join(self.joint_names)}, got {joints.tolist()}"
+                    )

@@ -12,15 +12,15 @@ from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
+from intent_imitation.demo.collected import Collected
 from intent_imitation.demo.demo_result import (
-    Collected,
     parse_options,
-    print_result,
     record_of,
     stamps_of,
-    write_result,
+    write_all,
 )
-from intent_imitation.demo.report import write_report
+from intent_imitation.demo.result_files import results_folder
+from intent_imitation.demo.run_progress import FOLLOWERS, RunProgress
 from intent_imitation.ros.convert import plan_from_msg
 from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.bags.frame_assembly import stamp_of
@@ -28,18 +28,14 @@ from intent_perception.ros.convert import objects_from_msg
 from intent_perception.ros.node import LATCHED, RESULTS
 from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
 
-_NODES = ("tracker", "grasp_detector", "inference")
-_QUIET = 10.0  # seconds without a message after which an answer that is due will not come
-
 
 class DemoNode(Node):
     """Listens until every node has dealt with the bag's last frame."""
 
-    def __init__(self, bag: str) -> None:
+    def __init__(self, bag: str, patience: float) -> None:
         super().__init__("demo")
-        self.collected, self._last = Collected(), stamps_of(bag)[-1]
-        self._processed = dict.fromkeys(_NODES, -1)
-        self._heard = time.monotonic()
+        self.collected = Collected()
+        self.progress = RunProgress(stamps_of(bag), patience, time.monotonic())
         got = self.collected
         self._hear(msgs.RecognizedObjects, "/intent/objects", objects_from_msg, got.objects)
         self._hear(
@@ -50,34 +46,31 @@ class DemoNode(Node):
         self._hear(msgs.TaskPosterior, "/intent/task_posterior", posterior_from_msg, got.posteriors)
         self._hear(msgs.GraspPlan, "/intent/grasp_plan", plan_from_msg, got.plans)
         self.create_subscription(CameraInfo, "/rgb/camera_info", self._on_info, 10)
-        for name in _NODES:
+        for name in ("tracker", *FOLLOWERS):
             self.create_subscription(
                 Header, f"/{name}/processed", lambda m, name=name: self._on_done(name, m), LATCHED
             )
 
-    def complete(self) -> bool:
-        """Return whether nothing more can come: all frames dealt with, all answers here."""
-        got = self.collected
-        final = [posterior for posterior in got.posteriors if not posterior.preliminary]
-        last_state = got.states[-1].stamp if got.states else -1
-        if self._processed["tracker"] < self._last:
+    def waiting(self) -> bool:
+        """Return whether more is to come; ValueError once nothing has come for too long."""
+        if self.progress.missing(self.collected) == "":
             return False
-        if time.monotonic() - self._heard > _QUIET:
-            return True
-        return (
-            min(self._processed["grasp_detector"], self._processed["inference"]) >= last_state
-            and len(final) >= len(got.grasps)
-            and len(got.plans) >= sum(posterior.best is not None for posterior in final)
-        )
+        self.progress.check(self.collected, time.monotonic())
+        return True
 
     def _hear(self, kind: Any, topic: str, convert: Any, into: Any, qos: Any = LATCHED) -> None:
         def note(message: Any) -> None:
-            into.append(convert(message))
-            self._heard = time.monotonic()
+            try:
+                into.append(convert(message))
+            except ValueError as error:
+                self.get_logger().warning(f"left out one message on {topic}: {error}")
+                return
+            now = time.monotonic()
+            self.progress.note(now)
             if len(self.collected.plans) <= 1 and (
                 topic.endswith("plan") or not self.collected.plans
             ):
-                self.collected.planned = self._heard
+                self.collected.planned = now
 
         self.create_subscription(kind, topic, note, qos)
 
@@ -86,28 +79,27 @@ class DemoNode(Node):
             self.collected.started = time.monotonic()
 
     def _on_done(self, name: str, header: Any) -> None:
-        self._processed[name] = max(self._processed[name], stamp_of(header))
-        self._heard = time.monotonic()
+        self.progress.note_dealt(name, stamp_of(header), time.monotonic())
 
 
 def main() -> None:
     """Collect one run and write what came of it."""
     options = parse_options(remove_ros_args(sys.argv)[1:])
     rclpy.init()
+    node = None
     try:
-        node = DemoNode(options.bag)
+        folder = results_folder(options.out)
+        node = DemoNode(options.bag, options.patience)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        deadline = time.monotonic() + options.timeout
-        while not node.complete() and time.monotonic() < deadline:
+        while node.waiting():
             executor.spin_once(timeout_sec=0.1)
-        record = record_of(options, node.collected)
-        write_result(record, options.out)
-        print_result(record)
-        write_report(record, options.out)
+        write_all(record_of(options, node.collected), options.bag, folder)
     except ValueError as error:
         raise SystemExit(f"error: {error}") from None
     except (KeyboardInterrupt, ExternalShutdownException):
+        after = node.progress if node is not None else "no frame"
+        sys.stderr.write(f"demo: stopped after {after}; nothing is concluded\n")
         raise SystemExit(130) from None
     finally:
         rclpy.try_shutdown()

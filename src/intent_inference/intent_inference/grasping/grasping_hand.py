@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from intent_inference import SHARE
 from intent_inference.grasping.schunk import schunk_hand
 from intent_inference.grasping.urdf import table_from_urdf
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.checked_files import read_yaml
 from intent_tracking.scene.hand_model import HandModel
 from intent_tracking.scene.joint_table import JointTable
 
@@ -20,6 +20,8 @@ HANDS = SHARE / "hands"
 Integers = NDArray[np.int32]
 _SPHERE_SPACING = 0.007
 """Distance of the spheres along a capsule and on a box [m]."""
+_LARGEST_SPAN = 10.0
+"""No length [m], share or speed of a pre-shape is larger."""
 _BOX_SPHERE = 0.008
 """Radius of the spheres that cover a box [m]."""
 
@@ -125,11 +127,14 @@ class GraspingHand:
         if not path.is_file():
             known = sorted(p.stem for p in HANDS.glob("*.yaml"))
             raise ValueError(f"no hand {source!r}: expected one of {known} or a YAML file")
-        with path.open(encoding="utf-8") as stream:
-            description = yaml.safe_load(stream)
+        description = read_yaml(path)
         if not isinstance(description, dict) or "table" not in description:
             raise ValueError(f"{path}: expected the keys table and preshapes")
-        return cls.from_description(path.stem, description, path.parent)
+        try:
+            return cls.from_description(path.stem, description, path.parent)
+        except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
+            reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+            raise ValueError(f"hand {path} cannot be used: {reason}") from error
 
     @classmethod
     def from_description(
@@ -146,7 +151,31 @@ class GraspingHand:
         arrays = _arrays(table, chains, description)
         strength = float(description.get("strength", 60.0))
         squeeze = float(description.get("squeeze", 0.05))
-        return cls(name, table, chains, preshapes, effort, grips, arrays, strength, squeeze)
+        hand = cls(name, table, chains, preshapes, effort, grips, arrays, strength, squeeze)
+        hand._check()
+        return hand
+
+    def _check(self) -> None:
+        """Refuse numbers that no hand has.
+
+        Raises:
+            ValueError: that names the key and its range.
+        """
+        whole = (("strength", self.strength, 1e4), ("squeeze", self.squeeze, 10.0))
+        for name, value, most in (*whole, *(("effort", e, 1e3) for e in self.effort)):
+            if not 0.0 <= value <= most:
+                raise ValueError(f"expected {name} in 0..{most:g}, got {value}")
+        for shape in self.preshapes:
+            if shape.stop not in ("contact", "center"):
+                raise ValueError(f"pre-shape {shape.name}: expected stop contact or center")
+            spans = (*shape.depth, *shape.offset, shape.side, shape.jitter, shape.weight)
+            lengths = np.array([shape.widest, shape.thickest, *shape.center])
+            if not np.all(np.abs([*spans, *lengths, *shape.rates]) <= _LARGEST_SPAN) or not (
+                len(shape.depth) == len(shape.offset) == 2 and shape.center.shape == (3,)
+            ):
+                raise ValueError(f"pre-shape {shape.name}: expected lengths in m and shares")
+            if shape.weight < 0.0 or shape.widest <= 0.0:
+                raise ValueError(f"pre-shape {shape.name}: expected weight and widest above 0")
 
 
 def _table(source: str, folder: Path) -> JointTable:
@@ -189,7 +218,10 @@ def _posture(table: JointTable, entry: dict[str, list[float]]) -> Array:
 
 def _unit(vector: Sequence[float] | Array) -> Array:
     array = np.asarray(vector, dtype=np.float64)
-    return np.asarray(array / np.linalg.norm(array))
+    length = float(np.linalg.norm(array))
+    if array.shape != (3,) or not 1e-9 < length < np.inf:
+        raise ValueError(f"expected a direction of three numbers, got {vector}")
+    return np.asarray(array / length)
 
 
 def _preshape(table: JointTable, entry: dict[str, Any]) -> Preshape:

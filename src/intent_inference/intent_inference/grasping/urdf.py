@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.checked_files import read_text
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_tracking.scene.joint_table import Capsules, JointTable, LinkBoxes
 
@@ -50,9 +51,24 @@ def table_from_urdf(path: Path) -> JointTable:
         ValueError: if the file is not a URDF or a collision shape is a mesh.
     """
     try:
-        robot = ElementTree.parse(path).getroot()
-    except (OSError, ElementTree.ParseError) as error:
+        robot = ElementTree.fromstring(_without_entities(read_text(path)))
+        return _table_of(robot, path)
+    except ElementTree.ParseError as error:
         raise ValueError(f"{path}: expected a readable URDF file ({error})") from error
+    except (ValueError, IndexError, KeyError) as error:
+        message = str(error)
+        raise ValueError(message if str(path) in message else f"{path}: {message}") from error
+
+
+def _without_entities(text: str) -> str:
+    """Return XML that defines no entities: a few lines of them may stand for gigabytes."""
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise ValueError("expected a URDF without a document type and entities")
+    return text
+
+
+def _table_of(robot: ElementTree.Element, path: Path) -> JointTable:
+    """Return the joint table of a parsed URDF."""
     joints = {_child(joint, "child", "link"): joint for joint in robot.findall("joint")}
     names = _ordered_links(robot, joints)
     driven = [name for name in names if name in joints and _moves(joints[name])]
@@ -176,6 +192,8 @@ def _ordered_links(robot: ElementTree.Element, joints: dict[str, ElementTree.Ele
     roots = [name for name in names if name not in joints]
     if len(roots) != 1:
         raise ValueError(f"expected one base link, got {roots}")
+    if len(set(names)) != len(names):
+        raise ValueError("two links have one name")
     ordered: list[str] = []
     waiting = [roots[0]]
     while waiting:
@@ -184,22 +202,37 @@ def _ordered_links(robot: ElementTree.Element, joints: dict[str, ElementTree.Ele
         waiting += [
             child for child, joint in joints.items() if _child(joint, "parent", "link") == name
         ][::-1]
+    if sorted(ordered) != sorted(names):
+        raise ValueError(
+            f"expected every link below {roots[0]}, got {len(ordered)} of {len(names)}"
+        )
     return ordered
 
 
 def _moves(joint: ElementTree.Element) -> bool:
-    return joint.get("type") in ("revolute", "continuous")
+    kind = joint.get("type")
+    if kind not in ("revolute", "continuous", "fixed"):
+        raise ValueError(
+            f"joint {joint.get('name')!r} is {kind}; expected revolute, continuous or fixed: "
+            "a hand whose fingers slide cannot be described here"
+        )
+    return kind != "fixed"
 
 
 def _limits(joint: ElementTree.Element) -> tuple[float, float]:
     limit = joint.find("limit")
     if limit is None:
         return -np.pi, np.pi
+    if joint.get("type") == "continuous":
+        return -np.pi, np.pi
     return float(limit.get("lower", -np.pi)), float(limit.get("upper", np.pi))
 
 
 def _vector(text: str | None, default: str) -> Array:
-    return np.array([float(value) for value in (text or default).split()])
+    values = np.array([float(value) for value in (text or default).split()])
+    if values.shape != (3,) or not np.all(np.isfinite(values)):
+        raise ValueError(f"expected three numbers, got {text!r}")
+    return values
 
 
 def _origin(element: ElementTree.Element) -> Array:
@@ -214,7 +247,10 @@ def _origin(element: ElementTree.Element) -> Array:
 def _axis(joint: ElementTree.Element) -> Array:
     axis = joint.find("axis")
     vector = _vector(None if axis is None else axis.get("xyz"), "1 0 0")
-    return np.asarray(vector / np.linalg.norm(vector))
+    length = float(np.linalg.norm(vector))
+    if length < 1e-9:
+        raise ValueError(f"joint {joint.get('name')!r} turns about an axis of length zero")
+    return np.asarray(vector / length)
 
 
 def _collision_shapes(

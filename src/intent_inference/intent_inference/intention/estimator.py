@@ -55,6 +55,19 @@ class TaskPosterior:
     explanation: tuple[Contribution, ...]
     """Every observed variable and task, the largest effect first."""
 
+    def __post_init__(self) -> None:
+        """Refuse what is no probability of the tasks."""
+        if self.probability.shape != (len(self.tasks),) or not np.all(
+            (self.probability >= 0.0) & (self.probability <= 1.0)
+        ):
+            raise ValueError(
+                f"expected a probability in 0..1 of {', '.join(self.tasks)}, "
+                f"got {self.probability.tolist()}"
+            )
+        named = {self.best, *self.above_threshold} - {None}
+        if not named <= set(self.tasks):
+            raise ValueError(f"expected {', '.join(map(str, named))} among the tasks {self.tasks}")
+
 
 @dataclass(frozen=True)
 class InferenceConfig(Checked):

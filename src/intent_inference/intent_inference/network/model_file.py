@@ -1,9 +1,6 @@
 """Model files: arrays and a JSON header in one npz archive, no pickle, with a schema version."""
 
-import io
 import json
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +8,14 @@ import numpy as np
 
 from intent_inference import SHARE
 from intent_inference.network.conditional_tables import DirichletPrior
+from intent_inference.network.model_check import check_model
 from intent_inference.network.probability_calibration import OddsCalibration
 from intent_inference.network.task_model import Member, TaskModel, TaskNetworks
 from intent_inference.quantisation.mixture import GaussianMixture
 from intent_inference.quantisation.quantiser import Quantiser, Standardisation
+from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.safe_files import write_arrays
 
 SCHEMA = 1
 _HEADER = "header"
@@ -29,8 +29,7 @@ class ModelFileError(ValueError):
 
 
 def save_model(model: TaskModel, path: Path | str) -> None:
-    """Write a model to a file, without pickle."""
-    path = Path(path)
+    """Write a model to a file, without pickle; ValueError where that is impossible."""
     arrays: Arrays = {}
     header = {
         "schema": SCHEMA,
@@ -47,9 +46,7 @@ def save_model(model: TaskModel, path: Path | str) -> None:
         ],
     }
     text = json.dumps(header).encode()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("wb") as file:
-        np.savez_compressed(file, **{_HEADER: np.frombuffer(text, dtype=np.uint8)}, **arrays)  # type: ignore[arg-type]
+    write_arrays(path, {_HEADER: np.frombuffer(text, dtype=np.uint8), **arrays})
 
 
 def shipped_model(name: str = "human") -> TaskModel:
@@ -64,21 +61,12 @@ def load_model(path: Path | str) -> TaskModel:
         ModelFileError: if the file is missing, damaged, or of another schema version.
     """
     path = Path(path)
-    if not path.is_file():
+    if not path.exists():
         raise ModelFileError(f"no model file {path}: {_REMEDY}")
     try:
-        # From memory: numpy leaves a damaged file open.
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-        header = json.loads(bytes(arrays.pop(_HEADER)).decode())
-    except (
-        OSError,
-        EOFError,
-        KeyError,
-        ValueError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
+        arrays = read_arrays(path, "model file")
+        header = json.loads(arrays.pop(_HEADER).tobytes().decode())
+    except (KeyError, ValueError, RecursionError) as error:
         raise ModelFileError(f"{path} is damaged or no model file ({error}): {_REMEDY}") from error
     schema = header.get("schema") if isinstance(header, dict) else None
     if schema != SCHEMA:
@@ -86,9 +74,13 @@ def load_model(path: Path | str) -> TaskModel:
             f"{path} has schema version {schema}, this program reads {SCHEMA}: {_REMEDY}"
         )
     try:
-        return _unpack_model(header, arrays)
-    except (KeyError, TypeError, ValueError) as error:
-        raise ModelFileError(f"{path} is incomplete ({error!r}): {_REMEDY}") from error
+        model = _unpack_model(header, arrays)
+        check_model(model)
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        raise ModelFileError(f"{path} cannot be used ({error}): {_REMEDY}") from error
+    except np.linalg.LinAlgError as error:
+        raise ModelFileError(f"{path} cannot be used ({error}): {_REMEDY}") from error
+    return model
 
 
 def _pack_quantiser(key: str, quantiser: Quantiser, arrays: Arrays) -> dict[str, str]:

@@ -19,8 +19,9 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
+from intent_perception.bags.bag_checksums import write_checksums
 from intent_perception.bags.bag_images import (
     COLOR_TOPIC,
     COMPRESSED,
@@ -35,6 +36,7 @@ from intent_perception.bags.bag_images import (
     header_message,
     info_message,
 )
+from intent_perception.bags.bag_opening import intact_messages, opened
 from intent_perception.bags.frame_assembly import (
     NANOSECONDS,
     FrameSynchroniser,
@@ -43,6 +45,8 @@ from intent_perception.bags.frame_assembly import (
 )
 from intent_perception.geometry.camera import RgbdFrame
 
+_FEW = 3
+"""Fewer repeated stamps are no sign of a camera without a clock."""
 _FOREVER = QosTime(2147483647, 4294967295)
 _QOS = Qos(
     QosHistory.KEEP_LAST,
@@ -72,14 +76,29 @@ class BagMessage:
 
     @property
     def stamp(self) -> int:
-        """Time in the message's header [ns]; only for types that begin with a header."""
+        """Time in the message's header [ns]; only for types that begin with a header.
+
+        Raises:
+            ValueError: if the message is cut off.
+        """
+        if len(self.data) < 12:
+            raise ValueError(f"a message on {self.topic} is cut off: {len(self.data)} bytes")
         order = "<" if self.data[1] & 1 else ">"
         seconds, nanoseconds = struct.unpack_from(f"{order}iI", self.data, 4)
         return int(seconds) * NANOSECONDS + int(nanoseconds)
 
     def decoded(self) -> Any:
-        """Return the message with its fields."""
-        return STORE.deserialize_cdr(self.data, self.type)
+        """Return the message with its fields.
+
+        Raises:
+            ValueError: if its bytes are no message of its type.
+        """
+        try:
+            return STORE.deserialize_cdr(self.data, self.type)
+        except Exception as error:  # struct's, UTF-8's, numpy's and rosbags' own
+            raise ValueError(
+                f"a message on {self.topic} is damaged or no {self.type}: {error or type(error)}"
+            ) from error
 
 
 @dataclass(frozen=True)
@@ -97,7 +116,7 @@ def image_topics(path: Path | str) -> ImageTopics:
     Raises:
         ValueError: if the bag cannot be read or one of them is not there.
     """
-    with _opened(path) as reader:
+    with opened(path) as reader:
         types = {c.topic: c.msgtype for c in reader.connections if c.msgcount}
     images = [topic for topic, kind in types.items() if kind in (IMAGE, COMPRESSED)]
     depth = [topic for topic in images if "depth" in topic.lower()]
@@ -125,29 +144,29 @@ def _rank(topic: str, default: str, words: Sequence[str]) -> int:
     return exact + sum(word in topic.lower() for word in words)
 
 
-def read_messages(path: Path | str, topics: Sequence[str] = ()) -> Iterator[BagMessage]:
+def read_messages(
+    path: Path | str,
+    topics: Sequence[str] = (),
+    on_damage: Callable[[str], None] | None = None,
+) -> Iterator[BagMessage]:
     """Yield the messages of a bag in the order of their reception.
 
     Args:
-        path: a rosbag2 folder (mcap or sqlite3, compressed or not).
+        path: a rosbag2 folder (mcap or sqlite3, compressed or not), or one such file.
         topics: only these; empty: all.
+        on_damage: told at the end how many messages could not be read and were left out; without
+            it the first such message raises.
 
     Raises:
         ValueError: if the bag is missing, truncated, damaged or empty.
     """
     count = 0
-    with _opened(path) as reader:
+    with opened(path) as reader:
         wanted = [c for c in reader.connections if not topics or c.topic in topics]
-        messages = reader.messages(wanted) if wanted else iter(())
-        while True:
-            try:
-                connection, received, data = next(messages)
-            except StopIteration:
-                break
-            except Exception as error:  # whatever the storage raises, the bag is what is wrong
-                raise _damaged(path, error) from error
+        messages = intact_messages(reader, wanted, on_damage, path) if wanted else iter(())
+        for connection, received, data in messages:
             count += 1
-            yield BagMessage(connection.topic, connection.msgtype, received, bytes(data))
+            yield BagMessage(connection.topic, connection.msgtype, received, data)
     if not count:
         raise ValueError(f"bag {path} is empty: no message on {', '.join(topics) or 'any topic'}")
 
@@ -163,10 +182,11 @@ def read_frames(
         path: a rosbag2 folder.
         config: which images belong together.
         on_bad_frame: called with the reason for each frame that cannot be decoded, which is then
-            left out; without it such a frame raises.
+            left out, and at the end with what else is missing; without it such a frame raises.
 
     Raises:
-        ValueError: if the bag is missing, truncated, damaged, empty, or makes no frame.
+        ValueError: if the bag is missing, truncated, damaged, empty, makes no frame, or its images
+            carry no times.
     """
     topics = image_topics(path)
     if not topics.info:
@@ -178,7 +198,7 @@ def read_frames(
         topics.info: synchroniser.add_info,
     }
     count = 0
-    for message in read_messages(path, (topics.color, topics.depth, topics.info)):
+    for message in read_messages(path, (topics.color, topics.depth, topics.info), on_bad_frame):
         try:
             messages = add[message.topic](message.decoded())
             frame = messages.decoded() if messages is not None else None
@@ -187,32 +207,21 @@ def read_frames(
                 raise ValueError(f"bag {path}: {error}") from error
             on_bad_frame(str(error))
             continue
+        if synchroniser.repeated >= max(count, _FEW):
+            raise ValueError(
+                f"bag {path}: the depth images repeat their time stamps ({message.stamp} ns): "
+                "the camera's driver must stamp its images; record it again"
+            )
         if frame is not None:
             count += 1
             yield frame
     if not count:
         raise ValueError(f"bag {path}: no colour image has a depth image of the same time")
-
-
-def _damaged(path: Path | str, error: Exception) -> ValueError:
-    return ValueError(
-        f"bag {path} is damaged or was not closed ({error}): record it again or repair it "
-        "with 'ros2 bag reindex'"
-    )
-
-
-def _opened(path: Path | str) -> Reader:
-    """Return a reader that opens on `with`; every failure is a ValueError that names the bag."""
-    folder = Path(path)
-    if not folder.is_dir() or not (folder / "metadata.yaml").is_file():
-        raise ValueError(f"bag {path} is not a rosbag2 folder (one with metadata.yaml in it)")
-    try:
-        reader = Reader(folder)
-        reader.open()
-        reader.close()
-    except Exception as error:  # the storages raise their own, struct's and zlib's errors
-        raise _damaged(path, error) from error
-    return reader
+    if on_bad_frame is not None and (unused := synchroniser.dropped + synchroniser.waiting):
+        on_bad_frame(
+            f"{unused} images have no partner of the same time, come before the first camera_info "
+            "or repeat a time stamp: left out"
+        )
 
 
 class BagWriter:
@@ -245,6 +254,7 @@ class BagWriter:
                 f"expected depth in {DEPTH_FORMATS}, colour jpeg or raw: {depth} {color}"
             )
         self._depth, self._color, self._quality = depth, color, quality
+        self._file = Path(path) / f"{Path(path).name}.mcap"
         self._writer = Writer(Path(path), version=9, storage_plugin=StoragePlugin.MCAP)
         if depth != "compressedDepth" or color == "raw":
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
@@ -263,6 +273,7 @@ class BagWriter:
     ) -> None:
         """Finish the bag."""
         self._writer.close()
+        write_checksums(self._file)
 
     def write(self, frame: RgbdFrame) -> None:
         """Append one frame: colour, depth and camera_info with the same stamp."""

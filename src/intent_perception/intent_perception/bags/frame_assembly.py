@@ -26,8 +26,14 @@ NANOSECONDS = 1_000_000_000
 
 
 def stamp_of(message: Any) -> int:
-    """Return the time [ns] in the header of a message, or of the header itself."""
+    """Return the time [ns] in the header of a message, or of the header itself.
+
+    Raises:
+        ValueError: if it is none.
+    """
     stamp = getattr(message, "header", message).stamp
+    if stamp.sec < 0 or stamp.nanosec >= NANOSECONDS:
+        raise ValueError(f"expected a time from 1970 on, got {stamp.sec} s {stamp.nanosec} ns")
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 
@@ -40,6 +46,8 @@ def camera_from(info: Any) -> Camera:
     Raises:
         ValueError: if neither holds focal lengths.
     """
+    if not np.all(np.isfinite([*info.p, *info.k])):
+        raise ValueError("expected camera_info of numbers, got NaN or infinity in K or P")
     if info.p[0] > 0.0:
         return Camera(int(info.width), int(info.height), *(float(info.p[i]) for i in (0, 5, 2, 6)))
     return Camera.from_matrix(np.asarray(info.k, dtype=np.float64), info.width, info.height)
@@ -123,6 +131,8 @@ class FrameSynchroniser:
         """Images that found no partner or came out of order."""
         self.jumps = 0
         """How often the clock went back."""
+        self.repeated = 0
+        """Depth images with the stamp of the one before."""
         self.reset()
 
     def reset(self) -> None:
@@ -133,6 +143,11 @@ class FrameSynchroniser:
         self._newest = -1
         self._emitted = -1
         self._seen: set[str] = set()
+
+    @property
+    def waiting(self) -> int:
+        """Images that still wait for their partner."""
+        return len(self._color) + len(self._depth)
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -157,6 +172,7 @@ class FrameSynchroniser:
         stamp = stamp_of(message)
         if stamp < self._newest - self._jump:
             info = self._info
+            self.dropped += self.waiting
             self.reset()
             self.jumps += 1
             self._info = info  # a latched camera_info is not sent again
@@ -165,6 +181,7 @@ class FrameSynchroniser:
         self._newest = max(self._newest, stamp)
         if stamp <= self._emitted and kind == "depth":
             self.dropped += 1
+            self.repeated += stamp == self._emitted
             return None
         queue = self._depth if kind == "depth" else self._color
         queue.append((stamp, message))

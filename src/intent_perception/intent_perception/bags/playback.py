@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from intent_perception.bags.bag_files import BagMessage, ImageTopics, image_topics, read_messages
@@ -69,7 +69,7 @@ def transports(bag: str) -> tuple[str, str]:
     """
     topics = image_topics(bag)
     kinds: dict[str, str] = {}
-    for message in read_messages(bag, (topics.color, topics.depth)):
+    for message in read_messages(bag, (topics.color, topics.depth), lambda _: None):
         kinds.setdefault(message.topic, message.type)
         if len(kinds) == 2:
             break
@@ -77,13 +77,19 @@ def transports(bag: str) -> tuple[str, str]:
     return ("compressed" if compressed[0] else "raw", "compressedDepth" if compressed[1] else "raw")
 
 
-def bundles(bag: str, start_offset: float = 0.0, extra: Sequence[str] = ()) -> Iterator[Bundle]:
+def bundles(
+    bag: str,
+    start_offset: float = 0.0,
+    extra: Sequence[str] = (),
+    on_damage: Callable[[str], None] = lambda _: None,
+) -> Iterator[Bundle]:
     """Yield the frames of a bag: everything up to and around each depth image that has a partner.
 
     Args:
         bag: rosbag2 folder.
         start_offset: leave out what was recorded before this time [s].
         extra: topics to play beside the images.
+        on_damage: told of messages that cannot be read and are left out.
 
     Raises:
         ValueError: if the bag cannot be read or holds no images.
@@ -93,7 +99,10 @@ def bundles(bag: str, start_offset: float = 0.0, extra: Sequence[str] = ()) -> I
     names = [topics.color, topics.depth, *([topics.info] if topics.info else []), *extra]
     waiting: list[BagMessage] = []
     first = None
-    for message in read_messages(bag, names):
+    for message in read_messages(bag, names, on_damage):
+        if message.topic not in extra and not _has_stamp(message):
+            on_damage(f"a message on {message.topic} is cut off: left out")
+            continue
         first = message.received if first is None else first
         if _time([message], first) < start_offset:
             continue
@@ -106,6 +115,13 @@ def bundles(bag: str, start_offset: float = 0.0, extra: Sequence[str] = ()) -> I
         last = _frame_stamp(waiting, topics, tolerance)
         stamp = waiting[-1].stamp if last is None else last
         yield Bundle(stamp, _time(waiting, first or 0) - start_offset, tuple(waiting))
+
+
+def _has_stamp(message: BagMessage) -> bool:
+    try:
+        return message.stamp >= 0
+    except ValueError:
+        return False
 
 
 def _time(messages: list[BagMessage], first: int) -> float:

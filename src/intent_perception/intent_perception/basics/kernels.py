@@ -2,6 +2,11 @@
 
 Kernels hold no lock, divide as numpy does, and are stored on disk when they are first called. Their
 calls are not checked for types: compiled code converts, and refuses what it cannot.
+
+A kernel that calls another takes it in whole. Else there were two compiled copies of the called
+one, its own and the caller's, optimised apart and with sums in different orders. Which of them a
+call meets would depend on whether the caller was compiled in this process or came from disk, and
+with it the last bits of every result.
 """
 
 from collections.abc import Callable
@@ -9,7 +14,12 @@ from typing import Any
 
 from numba import njit
 
-_ALWAYS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True}
+_ALWAYS: dict[str, Any] = {
+    "cache": True,
+    "error_model": "numpy",
+    "nogil": True,
+    "forceinline": True,
+}
 
 
 def kernel(function: Callable[..., Any]) -> Any:

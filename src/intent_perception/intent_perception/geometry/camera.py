@@ -4,7 +4,6 @@ Pixel (u, v) = (column, row); the centre of the first pixel is (0, 0). Camera co
 of an optical frame: x right, y down, z forward [m]. Depth is z, not distance.
 """
 
-import json
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.checked_files import read_json
+from intent_perception.geometry.coded_images import MOST_PIXELS, decode_image
 
 DepthImage = NDArray[np.float32]
 ColorImage = NDArray[np.uint8]
@@ -30,6 +31,8 @@ _COLOR_ENCODINGS: dict[str, tuple[int, tuple[int, int, int]]] = {
     "8UC1": (1, (0, 0, 0)),
     "8UC3": (3, (2, 1, 0)),
 }
+_WIDEST = 100.0
+"""Focal lengths lie within this factor of the image's size."""
 _COMPRESSED_DEPTH_HEADER = struct.Struct("<iff")
 
 
@@ -52,13 +55,20 @@ class Camera:
 
     def __post_init__(self) -> None:
         """Refuse impossible intrinsics."""
-        if self.width < 1 or self.height < 1:
-            raise ValueError(f"expected an image of pixels, got {self.width} x {self.height}")
+        if self.width < 1 or self.height < 1 or self.width * self.height > MOST_PIXELS:
+            raise ValueError(f"expected an image of a camera, got {self.width} x {self.height}")
         finite = all(np.isfinite([self.fx, self.fy, self.cx, self.cy]))
         if not finite or self.fx <= 0.0 or self.fy <= 0.0:
             raise ValueError(
                 f"expected focal lengths above 0, got fx {self.fx}, fy {self.fy}: the camera "
                 "is not calibrated (camera_info with K of zeros?)"
+            )
+        longest = _WIDEST * max(self.width, self.height)
+        center = max(abs(self.cx - 0.5 * self.width), abs(self.cy - 0.5 * self.height))
+        if max(self.fx, self.fy, center) > longest or min(self.fx, self.fy) * _WIDEST < self.width:
+            raise ValueError(
+                f"expected intrinsics in pixels of an image {self.width} x {self.height}, got "
+                f"fx {self.fx:g}, fy {self.fy:g}, cx {self.cx:g}, cy {self.cy:g}"
             )
 
     @property
@@ -115,20 +125,31 @@ KINECT = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
 """Intrinsics of the first Kinect as its driver states them; the bags use them too."""
 
 
-def read_camera(path: Path) -> Camera:
-    """Return the camera in a JSON file: {width, height} and {fx, fy, cx, cy} or {K: 9 numbers}.
+def read_camera(path: Path, size: tuple[int, int] | None = None) -> Camera:
+    """Return the camera in a JSON file: {fx, fy, cx, cy}, or {K: 9 numbers}, and {width, height}.
+
+    Args:
+        path: the file; the matrix may also be called `k` or `camera_matrix`, as in ROS.
+        size: columns and rows of the images; None = the file must say it.
 
     Raises:
-        ValueError: if the file is missing, is no JSON or lacks a value.
+        ValueError: if the file is missing, is no JSON, lacks a value, or is of another image size.
     """
     try:
-        stored = json.loads(path.read_text())
-        size = int(stored["width"]), int(stored["height"])
-        k = stored.get("K", stored.get("k"))
-        if k is not None:
-            return Camera.from_matrix(k, *size)
+        stored = read_json(path)
+        matrix = stored.get("K", stored.get("k", stored.get("camera_matrix")))
+        if isinstance(matrix, dict):
+            matrix = matrix.get("data")
+        width, height = stored.get("width"), stored.get("height")
+        if size is None or None not in (width, height):
+            own = int(stored["width"]), int(stored["height"])
+            if size not in (None, own):
+                raise ValueError(f"a camera of {own[0]} x {own[1]}, the images are {size}")
+            size = own
+        if matrix is not None:
+            return Camera.from_matrix(matrix, *size)
         return Camera(*size, *(float(stored[name]) for name in ("fx", "fy", "cx", "cy")))
-    except (OSError, KeyError, TypeError, AttributeError, ValueError) as error:
+    except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise ValueError(
             f"cannot read the camera {path}: expected JSON with width, height and fx, fy, cx, cy "
             f"(or K), got {error!r}"
@@ -230,7 +251,7 @@ def decode_compressed_depth(data: bytes) -> DepthImage:
     if len(data) <= _COMPRESSED_DEPTH_HEADER.size:
         raise ValueError(f"expected compressedDepth with header and PNG, got {len(data)} bytes")
     _, quant_a, quant_b = _COMPRESSED_DEPTH_HEADER.unpack_from(data)
-    image = _decode_image(data[_COMPRESSED_DEPTH_HEADER.size :], cv2.IMREAD_UNCHANGED)
+    image = decode_image(data[_COMPRESSED_DEPTH_HEADER.size :], cv2.IMREAD_UNCHANGED)
     if image.dtype != np.uint16 or image.ndim != 2:
         raise ValueError(f"expected a PNG of 16-bit depth, got {image.dtype} of {image.shape}")
     if quant_a == 0.0 and quant_b == 0.0:
@@ -247,7 +268,7 @@ def decode_compressed_color(data: bytes) -> ColorImage:
     Raises:
         ValueError: when the data cannot be decoded.
     """
-    image = _decode_image(data, cv2.IMREAD_COLOR)
+    image = decode_image(data, cv2.IMREAD_COLOR)
     return np.ascontiguousarray(image[..., ::-1])
 
 
@@ -257,17 +278,6 @@ def encode_compressed_depth(millimetres: NDArray[np.uint16]) -> bytes:
     if not done:
         raise ValueError(f"expected depth (H, W) uint16, got {millimetres.shape}")
     return b"".join((_COMPRESSED_DEPTH_HEADER.pack(0, 0.0, 0.0), png.tobytes()))
-
-
-def _decode_image(data: bytes, flags: int) -> NDArray[Any]:
-    buffer = np.frombuffer(data, dtype=np.uint8)
-    try:
-        image = cv2.imdecode(buffer, flags) if buffer.size else None
-    except cv2.error as error:
-        raise ValueError(f"expected a compressed image, cannot decode it: {error}") from error
-    if image is None:
-        raise ValueError(f"expected a JPEG or PNG image, cannot decode {len(data)} bytes")
-    return np.asarray(image)
 
 
 def _rows(

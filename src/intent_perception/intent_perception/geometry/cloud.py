@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.checked_files import read_bytes
 from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.transforms import inverse, look_at, transform_points
 
@@ -108,9 +109,13 @@ def _splatted(points: Array, camera: Camera) -> NDArray[np.float32]:
 def _ply_vertices(path: Path) -> dict[str, Array]:
     """Return the scalar properties of the vertices of a PLY file."""
     try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise ValueError(f"cannot read {path}: {error}") from error
+        return _columns(path)
+    except (IndexError, KeyError, TypeError, OverflowError) as error:
+        raise ValueError(f"{path} is damaged or no PLY file of points: {error!r}") from error
+
+
+def _columns(path: Path) -> dict[str, Array]:
+    content = read_bytes(path)
     end = content.find(b"end_header")
     if not content.startswith(b"ply") or end < 0:
         raise ValueError(f"expected a PLY file, {path} is none")

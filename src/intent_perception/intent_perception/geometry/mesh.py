@@ -1,5 +1,6 @@
 """A triangle mesh: its measures, points on its surface, and files it is read from."""
 
+import io
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,9 +12,14 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import ConvexHull
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.checked_files import read_bytes
 from intent_perception.geometry.transforms import transform_points
 
 Faces = NDArray[np.int32]
+_FORMATS = ("ply", "stl", "obj", "off", "glb")
+_LARGEST_FILE = 256 << 20
+_FARTHEST = 1e6
+"""Coordinates of a mesh in any unit are nearer to its origin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +167,7 @@ def merge_meshes(meshes: list[Mesh]) -> Mesh:
 
 
 def read_mesh(path: Path) -> tuple[Mesh, Array | None]:
-    """Return the mesh in a file (PLY, STL, OBJ, OFF, GLB …) and its mean colour.
+    """Return the mesh in a file (PLY, STL, OBJ, OFF, GLB) and its mean colour.
 
     Equal vertices are joined and faces without area dropped; of a closed surface the faces are
     turned outwards. Lengths stay in the file's unit.
@@ -175,19 +181,31 @@ def read_mesh(path: Path) -> tuple[Mesh, Array | None]:
     # 0.3 s of import that only a user's own mesh needs.
     import trimesh
 
-    if not path.is_file():
+    if not path.exists():
         raise ValueError(f"expected a mesh file, {path} does not exist")
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in _FORMATS:
+        raise ValueError(f"expected a mesh as {', '.join(_FORMATS)}, got {path}")
+    content = io.BytesIO(read_bytes(path, _LARGEST_FILE))
     try:
-        loaded = trimesh.load(path, force="mesh", process=False, skip_materials=True)
+        loaded = trimesh.load(
+            content, file_type=kind, force="mesh", process=False, skip_materials=True
+        )
     except Exception as error:  # trimesh's readers raise whatever their parsers raise
-        raise ValueError(f"cannot read the mesh {path}: {error}") from error
+        reason = str(error) or type(error).__name__
+        raise ValueError(f"cannot read the mesh {path}: {reason}") from error
     faces = np.asarray(getattr(loaded, "faces", np.zeros((0, 3))))
     if faces.ndim != 2 or not len(faces):
         raise ValueError(f"expected triangles, {path} holds none (a point cloud?)")
+    vertices = np.asarray(loaded.vertices, dtype=np.float64)
+    if faces.min() < 0 or faces.max() >= len(vertices) or not np.abs(vertices).max() < _FARTHEST:
+        raise ValueError(
+            f"{path} is damaged: it holds NaN, infinity or faces of vertices that are not there"
+        )
     color = None
     if loaded.visual.kind == "vertex":
         color = np.asarray(loaded.visual.vertex_colors)[:, :3].mean(axis=0) / 255.0
-    return _joined(np.asarray(loaded.vertices, dtype=np.float64), faces), color
+    return _joined(vertices, faces), color
 
 
 def _joined(vertices: Array, faces: NDArray[np.int64]) -> Mesh:

@@ -10,6 +10,10 @@ from numpy.typing import ArrayLike
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.kernels import exact_kernel
 
+_RIGID = 1e-3
+"""Greatest deviation of R^T R from the identity: poses are stored with at least four digits."""
+_FARTHEST = 100.0
+
 _SMALL_ANGLE = 1e-8
 _DEGENERATE = 1e-12
 
@@ -196,3 +200,26 @@ def look_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) 
     forward = forward / np.linalg.norm(forward)
     right = right / length
     return make_pose(np.stack([right, np.cross(forward, right), forward], axis=1), position)
+
+
+def require_pose(pose: ArrayLike, what: str) -> Array:
+    """Return a pose (4, 4), or (N, 4, 4), if each is a rigid motion within reach of a table.
+
+    Raises:
+        ValueError: if one is of another shape, holds NaN or infinity, scales, mirrors or shears, or
+            lies farther away than 100 m.
+    """
+    poses = np.asarray(pose, dtype=np.float64)
+    if poses.ndim < 2 or poses.shape[-2:] != (4, 4):
+        raise ValueError(f"expected {what} as a pose 4 x 4, got {poses.shape}")
+    if not np.all(np.isfinite(poses)):
+        raise ValueError(f"expected {what} as a pose, got NaN or infinity in it")
+    rotations, row = poses[..., :3, :3], poses[..., 3, :]
+    with np.errstate(all="ignore"):
+        off = np.abs(np.swapaxes(rotations, -1, -2) @ rotations - np.eye(3))
+        rigid = np.all(off < _RIGID) and np.all(np.linalg.det(rotations) > 0.0)
+    if not rigid or np.any(np.abs(row - [0.0, 0.0, 0.0, 1.0]) > _RIGID):
+        raise ValueError(f"expected {what} as a pose, it is no rotation and shift in metres")
+    if np.any(np.abs(poses[..., :3, 3]) > _FARTHEST):
+        raise ValueError(f"expected {what} within {_FARTHEST:g} m (is it in millimetres?)")
+    return poses

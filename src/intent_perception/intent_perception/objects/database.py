@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import yaml
-
 from intent_perception import SHARE
+from intent_perception.basics.checked_files import read_yaml
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.objects.loading import load_model
 from intent_perception.objects.model import (
@@ -69,9 +68,9 @@ class ObjectDatabase:
         """
         file = _database_file(SHIPPED if path is None else Path(path))
         try:
-            content = yaml.load(file.read_text(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-            raise ValueError(f"cannot read the object database {file}: {error}") from error
+            content = read_yaml(file)
+        except ValueError as error:
+            raise ValueError(f"cannot read the object database: {error}") from error
         entries = content.get("objects") if isinstance(content, dict) else None
         if not isinstance(entries, list) or not entries:
             raise ValueError(

@@ -7,13 +7,15 @@ face: {center, normal}, tip, handle: [names], functional: [names]};
 and rotation vector; all lengths in these keys in m, in the frame of the mesh.
 """
 
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from intent_perception.basics.array_files import read_arrays, require_finite
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.safe_files import write_arrays
 from intent_perception.geometry.mesh import Mesh, read_mesh
 from intent_perception.geometry.transforms import pose_from_vector
 from intent_perception.objects.model import (
@@ -34,6 +36,12 @@ UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 _KEYS = {"name", "mesh", "unit", "class"}
 _OPTIONAL = {"color", "mass", "density", "friction", "functions", "symmetry", "stable_poses"}
 _LARGEST, _SMALLEST = 1.0, 0.005
+_FARTHEST = 10.0
+"""Coordinates of an object [m] and turns [rad] beyond are mistakes."""
+_LARGEST_NUMBER = 1e5
+"""Of a mass [kg], density [kg/m³], friction or radius [m]."""
+_MOST_MOTIONS = 120
+"""The icosahedron has 60 rotations."""
 _DENSITY = 1000.0  # plastic and wood are lighter, glass and metal heavier
 _OPEN_MASS = 0.2
 _FRICTION = 0.6
@@ -59,7 +67,10 @@ def load_model(entry: dict[str, Any], file: Path) -> ObjectModel:
     given = {key: value for key, value in entry.items() if value is not None}
     try:
         return _model(given, file.parent / str(given["mesh"]))
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+    except (
+        ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError,
+        np.linalg.LinAlgError, FloatingPointError,
+    ) as error:  # fmt: skip
         raise ValueError(f"{where}: {error}") from error
 
 
@@ -80,12 +91,12 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
     _check_size(mesh, str(entry["unit"]))
     _ = mesh.convex_hull  # refuses a flat sheet
     if "color" in entry:
-        color = _vector(entry["color"], "color")
+        color = _vector(entry["color"], "color", farthest=1e3)
         if color.min() < 0.0 or color.max() > 1.0:
             raise ValueError(f"expected a color of values in 0..1, got {entry['color']}")
     symmetry = _symmetry(entry["symmetry"]) if "symmetry" in entry else find_symmetry(mesh)
     poses = (
-        pose_from_vector(np.asarray(entry["stable_poses"], dtype=np.float64).reshape(-1, 6))
+        _motions(entry["stable_poses"], "stable_poses")
         if "stable_poses" in entry
         else stable_poses(mesh, symmetry)
     )
@@ -105,8 +116,7 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
 
 def write_parts(path: Path, mesh: Mesh, parts: tuple[Part, ...]) -> None:
     """Write a mesh [m] and its convex parts as one compressed npz file."""
-    np.savez_compressed(
-        path,
+    arrays: dict[str, NDArray[Any]] = dict(
         vertices=mesh.vertices.astype(np.float32),
         faces=mesh.faces.astype(np.uint16),
         part_names=np.array([part.name for part in parts]),
@@ -114,6 +124,7 @@ def write_parts(path: Path, mesh: Mesh, parts: tuple[Part, ...]) -> None:
         part_faces=np.concatenate([p.mesh.faces for p in parts]).astype(np.uint16),
         part_counts=np.array([(len(p.mesh.vertices), len(p.mesh.faces)) for p in parts]),
     )
+    write_arrays(path, arrays)
 
 
 def read_parts(path: Path) -> tuple[Mesh, tuple[Part, ...]]:
@@ -122,17 +133,22 @@ def read_parts(path: Path) -> tuple[Mesh, tuple[Part, ...]]:
     Raises:
         ValueError: if the file is missing or damaged.
     """
+    stored = read_arrays(path, "mesh with parts")
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            mesh = Mesh.of(stored["vertices"], stored["faces"])
-            names = [str(name) for name in stored["part_names"]]
-            ends = np.cumsum(stored["part_counts"], axis=0)[:-1]
-            vertices = np.split(stored["part_vertices"], ends[:, 0])
-            faces = np.split(stored["part_faces"], ends[:, 1])
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        require_finite(stored)
+        mesh = Mesh.of(stored["vertices"], stored["faces"])
+        names = [str(name) for name in stored["part_names"]]
+        counts = stored["part_counts"].astype(np.int64)
+        totals = len(stored["part_vertices"]), len(stored["part_faces"])
+        if counts.min() < 1 or tuple(counts.sum(axis=0)) != totals:
+            raise ValueError(f"its parts have {totals} vertices and faces, not those counted")
+        ends = np.cumsum(counts, axis=0)[:-1]
+        vertices = np.split(stored["part_vertices"], ends[:, 0])
+        faces = np.split(stored["part_faces"], ends[:, 1])
+        meshes = [Mesh.of(v, f) for v, f in zip(vertices, faces, strict=True)]
+        return mesh, tuple(Part(n, m) for n, m in zip(names, meshes, strict=True))
+    except (KeyError, ValueError, IndexError, TypeError, OverflowError) as error:
         raise ValueError(f"cannot read the mesh {path}: {error}") from error
-    meshes = [Mesh.of(v, f) for v, f in zip(vertices, faces, strict=True)]
-    return mesh, tuple(Part(n, m) for n, m in zip(names, meshes, strict=True))
 
 
 def _check_size(mesh: Mesh, unit: str) -> None:
@@ -151,10 +167,10 @@ def _check_size(mesh: Mesh, unit: str) -> None:
     )
 
 
-def _vector(value: Any, what: str) -> Array:
+def _vector(value: Any, what: str, farthest: float = _FARTHEST) -> Array:
     vector = np.asarray(value, dtype=np.float64)
-    if vector.shape != (3,) or not np.all(np.isfinite(vector)):
-        raise ValueError(f"expected 3 numbers for {what}, got {value!r}")
+    if vector.shape != (3,) or not np.abs(vector).max() <= farthest:
+        raise ValueError(f"expected 3 numbers for {what}, none beyond {farthest:g}, got {value!r}")
     return vector
 
 
@@ -168,8 +184,8 @@ def _direction(value: Any, what: str) -> Array:
 
 def _positive(value: Any, what: str) -> float:
     number = float(value)
-    if not number > 0.0:
-        raise ValueError(f"expected {what} above 0, got {value!r}")
+    if not 0.0 < number < _LARGEST_NUMBER:
+        raise ValueError(f"expected {what} above 0 and below {_LARGEST_NUMBER:g}, got {value!r}")
     return number
 
 
@@ -181,11 +197,21 @@ def _mass(entry: dict[str, Any], mesh: Mesh) -> float:
     return mesh.volume * density if solid else _OPEN_MASS
 
 
+def _motions(value: Any, what: str) -> Array:
+    """Return rigid motions (N, 4, 4) of rows of position [m] and rotation vector [rad]."""
+    rows = np.asarray(value, dtype=np.float64).reshape(-1, 6)
+    if len(rows) > _MOST_MOTIONS or (rows.size and not np.abs(rows).max() <= _FARTHEST):
+        raise ValueError(
+            f"expected at most {_MOST_MOTIONS} {what} of numbers within {_FARTHEST:g}, "
+            f"got {len(rows)} or others"
+        )
+    return pose_from_vector(rows)
+
+
 def _symmetry(stored: dict[str, Any]) -> Symmetry:
-    turns = np.asarray(stored.get("turns", []), dtype=np.float64).reshape(-1, 6)
     return Symmetry(
         axis=_direction(stored["axis"], "axis") if stored.get("axis") is not None else None,
-        turns=tuple(pose_from_vector(turns)),
+        turns=tuple(_motions(stored.get("turns", []), "turns")),
         center=_vector(stored["center"], "center") if stored.get("center") is not None else None,
     )
 

@@ -3,11 +3,11 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from intent_perception import SHARE
 from intent_perception.basics.arrays import Floats
+from intent_perception.basics.checked_files import read_yaml
 from intent_perception.recognition.conflict import quality_of
 from intent_perception.recognition.verification.explanation import (
     DISAGREE,
@@ -106,7 +106,7 @@ def _fitted() -> tuple[NDArray[np.float64], float]:
     Raises:
         ValueError: if the file was made for other features.
     """
-    kept = yaml.safe_load(FITTED.read_text())
+    kept = read_yaml(FITTED)
     if list(kept["weights"]) != list(FEATURES):
         raise ValueError(f"{FITTED} is for other features: fit it anew")
     return np.array(list(kept["weights"].values())), float(kept["bias"])

@@ -6,8 +6,6 @@ python -m intent_perception.recognize [--models DB]
 """
 
 import argparse
-import json
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -17,8 +15,10 @@ import cv2
 import numpy as np
 
 from intent_perception.basics.arrays import Array
-from intent_perception.geometry.camera import Camera, RgbdFrame, clean_depth
+from intent_perception.basics.safe_files import output_file, write_json
+from intent_perception.geometry.camera import RgbdFrame, clean_depth, read_camera
 from intent_perception.geometry.cloud import read_cloud, view_cloud
+from intent_perception.geometry.coded_images import read_picture, write_picture
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.detection import Detector, DetectorConfig, Findings
 from intent_perception.recognition.overlay import overlay
@@ -26,28 +26,6 @@ from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.recognizer import RecognizerConfig
 
 _PAINT = (60, 220, 60)
-
-
-def read_camera(path: Path, width: int, height: int) -> Camera:
-    """Return the camera in a JSON file: `fx, fy, cx, cy`, or `K` / `camera_matrix` of 9 values.
-
-    Raises:
-        ValueError: if the file holds neither.
-    """
-    try:
-        content = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        raise ValueError(f"cannot read the camera {path}: {error}") from error
-    matrix = content.get("K", content.get("k", content.get("camera_matrix")))
-    if isinstance(matrix, dict):
-        matrix = matrix.get("data")
-    if matrix is not None:
-        return Camera.from_matrix(np.asarray(matrix, dtype=np.float64).ravel(), width, height)
-    try:
-        values = [float(content[name]) for name in ("fx", "fy", "cx", "cy")]
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"expected fx, fy, cx, cy or K in {path}: no {error}") from error
-    return Camera(width, height, *values)
 
 
 def read_images(rgb: Path, depth: Path, scale: float, camera: Path) -> RgbdFrame:
@@ -62,11 +40,8 @@ def read_images(rgb: Path, depth: Path, scale: float, camera: Path) -> RgbdFrame
     Raises:
         ValueError: if a file cannot be read or they do not fit each other.
     """
-    color = cv2.imread(str(rgb), cv2.IMREAD_COLOR)
-    values = cv2.imread(str(depth), cv2.IMREAD_UNCHANGED)
-    for path, image in ((rgb, color), (depth, values)):
-        if image is None:
-            raise ValueError(f"cannot read the image {path}")
+    color = read_picture(rgb, cv2.IMREAD_COLOR)
+    values = read_picture(depth, cv2.IMREAD_UNCHANGED)
     if values.ndim != 2:
         raise ValueError(f"expected one channel of depth in {depth}, got {values.shape}")
     metres = clean_depth(values.astype(np.float64) * (1.0 / scale if scale >= 1.0 else scale))
@@ -78,7 +53,7 @@ def read_images(rgb: Path, depth: Path, scale: float, camera: Path) -> RgbdFrame
         )
     height, width = values.shape
     rgb_image = np.ascontiguousarray(color[..., ::-1])
-    return RgbdFrame(0, rgb_image, metres, read_camera(camera, width, height))
+    return RgbdFrame(0, rgb_image, metres, read_camera(camera, (width, height)))
 
 
 def report(findings: Findings, detector: Detector, T_out_camera: Array) -> list[dict[str, Any]]:
@@ -106,8 +81,7 @@ def picture(frame: RgbdFrame, findings: Findings, detector: Detector, path: Path
     texts = [f"{m.name} {d.confidence:.2f}" for m, d in zip(models, found, strict=True)]
     poses = [d.T_camera_object for d in found]
     image = overlay(frame.color, frame.camera, models, poses, texts, [_PAINT] * len(found))
-    if not cv2.imwrite(str(path), image[..., ::-1]):
-        raise ValueError(f"cannot write {path}")
+    write_picture(path, image)
 
 
 def main() -> None:
@@ -120,20 +94,12 @@ def main() -> None:
     parser.add_argument("--camera", type=Path, help="JSON with fx, fy, cx, cy or K")
     parser.add_argument("--cloud", type=Path, help="PLY with normals, instead of images")
     parser.add_argument("--unit", choices=("m", "mm"), default="m")
-    parser.add_argument("--json", default="-")
-    parser.add_argument("--picture", type=Path)
+    parser.add_argument("--json", type=output_file, default="-")
+    parser.add_argument("--picture", type=output_file)
     parser.add_argument("--hash-only", action="store_true", help="without the table prior")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
-    try:
-        answer = run(arguments)
-    except ValueError as error:
-        sys.exit(f"recognize: {error}")
-    text = json.dumps(answer, indent=1)
-    if arguments.json == "-":
-        print(text)
-    else:
-        Path(arguments.json).write_text(text + "\n")
+    write_json(arguments.json, run(arguments))
 
 
 def run(arguments: argparse.Namespace) -> dict[str, Any]:

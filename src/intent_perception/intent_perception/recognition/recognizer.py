@@ -8,6 +8,7 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.transforms import require_pose
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.detection import Detection, Detector, DetectorConfig, Findings
 from intent_perception.recognition.proposal.model_library import ModelLibrary
@@ -51,6 +52,12 @@ class RecognizedObject:
     visible_fraction: float
     """Share of the pixels of the object's silhouette on which it is seen."""
 
+    def __post_init__(self) -> None:
+        """Refuse what no recogniser says."""
+        require_pose(self.T_table_object, f"T_table_object of {self.id!r}")
+        if not (0.0 <= self.confidence <= 1.0 and 0.0 <= self.visible_fraction <= 1.0):
+            raise ValueError(f"expected confidence and visibility of {self.id!r} in 0..1")
+
 
 @dataclass(frozen=True, eq=False)
 class RecognizedObjects:
@@ -64,6 +71,10 @@ class RecognizedObjects:
     """(4, 4) camera -> table; the identity where no table is seen."""
     complete: bool = True
     """False: a first answer; what is still being looked at follows with the same stamp."""
+
+    def __post_init__(self) -> None:
+        """Refuse a camera that stands nowhere."""
+        require_pose(self.T_table_camera, "T_table_camera")
 
     @property
     def table_seen(self) -> bool:
@@ -90,10 +101,15 @@ class Recognizer:
             database: what can be recognised.
             config: parameters, None = the defaults.
             T_table_camera: (4, 4) of a calibrated camera; None = the table is found in each frame.
+
+        Raises:
+            ValueError: if the camera's pose is none.
         """
         self._config = config or RecognizerConfig()
         self._detector = Detector(ModelLibrary.of(database), self._config.detection)
         self._memory = SceneMemory(self._config.change, self._config.arm, self._config.detection)
+        if T_table_camera is not None:
+            T_table_camera = require_pose(T_table_camera, "T_table_camera")
         self._T_table_camera = T_table_camera
         self.reset()
 

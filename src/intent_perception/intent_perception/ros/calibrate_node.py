@@ -1,12 +1,11 @@
 """ROS node: finds the camera over the table, publishes it on /tf_static and writes it to a file."""
 
-import json
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from tf2_msgs.msg import TFMessage
 
 from intent_perception.basics.parameters import Checked
+from intent_perception.basics.safe_files import write_json
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.ros.convert import header_at, transforms_to_msg
 from intent_perception.ros.node import LATCHED, FrameSubscription, IntentNode, declared, run
@@ -51,7 +50,7 @@ class CalibrateNode(IntentNode):
         self._publisher.publish(transforms_to_msg(header_at(frame.stamp), pose))
         if self._config.output:
             report = {"T_table_camera": found.T_table_camera.tolist(), "source": found.source}
-            Path(self._config.output).write_text(json.dumps(report, indent=2) + "\n")
+            write_json(self._config.output, report, indent=2)
         self.get_logger().info(f"calibrated from the {found.source}: {self._config.output}")
 
 

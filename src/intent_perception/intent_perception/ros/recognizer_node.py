@@ -1,17 +1,16 @@
 """ROS node: RGB-D frames in, the known objects on the table out."""
 
-import json
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import numpy as np
 from intent_msgs.msg import RecognizedObjects
 from tf2_msgs.msg import TFMessage
 
 from intent_perception.bags.frame_assembly import NANOSECONDS
+from intent_perception.basics.checked_files import read_json
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.transforms import require_pose
 from intent_perception.recognition import recognizer as recognized
 from intent_perception.recognition.recognizer import Recognizer, RecognizerConfig
 from intent_perception.recognition.rehearsal_scene import rehearsal_frames
@@ -83,13 +82,15 @@ class RecognizerNode(IntentNode):
 
 def calibration(path: str) -> Any:
     """Return T_table_camera (4, 4) of a file that calibrate wrote; ValueError if it holds none."""
+    content = read_json(path)
+    if not isinstance(content, dict) or "T_table_camera" not in content:
+        raise ValueError(
+            f"{path} is no calibration: expected T_table_camera, as calibrate writes it"
+        )
     try:
-        pose = np.array(json.loads(Path(path).read_text())["T_table_camera"], dtype=np.float64)
-    except (OSError, KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"cannot read the calibration {path}: {error}") from error
-    if pose.shape != (4, 4):
-        raise ValueError(f"expected T_table_camera 4 x 4 in {path}, got {pose.shape}")
-    return pose
+        return require_pose(content["T_table_camera"], "T_table_camera")
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"cannot use the calibration {path}: {error}") from error
 
 
 def main() -> None:

@@ -7,13 +7,14 @@ Prints JSON: T_table_camera (4x4, row-major, m), source, error_pixel.
 """
 
 import argparse
-import json
 from pathlib import Path
 
 import cv2
 import numpy as np
 
+from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.geometry.camera import RgbdFrame, clean_depth, read_camera
+from intent_perception.geometry.coded_images import read_picture
 from intent_perception.scene.camera_calibration import CameraCalibration, Chessboard, calibrate
 
 
@@ -32,11 +33,7 @@ def main() -> None:
         "source": found.source,
         "error_pixel": found.error if found.source == "chessboard" else None,
     }
-    text = json.dumps(report, indent=2)
-    if arguments.json == "-":
-        print(text)
-    else:
-        Path(arguments.json).write_text(text + "\n")
+    write_json(arguments.json, report, indent=2)
 
 
 def _arguments() -> argparse.Namespace:
@@ -48,7 +45,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--columns", type=int, default=8, help="inner corners along one side")
     parser.add_argument("--rows", type=int, default=6, help="inner corners along the other")
     parser.add_argument("--square", type=float, default=0.025, help="edge of a square [m]")
-    parser.add_argument("--json", default="-", help="file to write, - = print")
+    parser.add_argument("--json", type=output_file, default="-", help="file to write, - = print")
     arguments = parser.parse_args()
     if arguments.rgb is None and arguments.depth is None:
         parser.error("expected --rgb, --depth or both")
@@ -63,15 +60,10 @@ def _calibrated(arguments: argparse.Namespace) -> CameraCalibration | None:
     board = None
     if arguments.rgb is not None:
         board = Chessboard(arguments.columns, arguments.rows, arguments.square)
-        color = np.ascontiguousarray(_image(arguments.rgb, cv2.IMREAD_COLOR)[..., ::-1])
+        color = np.ascontiguousarray(read_picture(arguments.rgb, cv2.IMREAD_COLOR)[..., ::-1])
     if arguments.depth is not None:
-        raw = _image(arguments.depth, cv2.IMREAD_UNCHANGED)
+        raw = read_picture(arguments.depth, cv2.IMREAD_UNCHANGED)
+        if raw.shape != size:
+            raise ValueError(f"expected depth {size} as in {arguments.camera}, got {raw.shape}")
         depth = clean_depth(raw.astype(np.float32) * np.float32(arguments.depth_scale))
     return calibrate(RgbdFrame(0, color, depth, camera), board)
-
-
-def _image(path: Path, flags: int) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
-    image = cv2.imread(str(path), flags) if path.is_file() else None
-    if image is None:
-        raise ValueError(f"expected an image, cannot read {path}")
-    return np.asarray(image)

@@ -8,15 +8,22 @@ optical axis meets the table, z is the table's normal and x the image's right pr
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.checked_files import read_json
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import Camera, ColorImage, DepthImage, RgbdFrame
-from intent_perception.geometry.transforms import inverse, make_pose, rotation_from_vector
+from intent_perception.geometry.transforms import (
+    inverse,
+    make_pose,
+    require_pose,
+    rotation_from_vector,
+)
 from intent_perception.scene.oriented_image import orient
 from intent_perception.scene.table_plane import find_table
 
@@ -72,6 +79,22 @@ class CameraCalibration:
     """"chessboard" or "table" (the plane in the depth image)."""
     error: float
     """Root mean square of the residual: of the corners [pixel], or 0 for a table."""
+
+
+def read_calibration(path: Path | str) -> Array:
+    """Return T_table_camera (4, 4) of a JSON file that `calibrate` wrote.
+
+    Raises:
+        ValueError: if the file holds no pose of a camera.
+    """
+    stored = read_json(path)
+    try:
+        pose = np.array(stored["T_table_camera"], dtype=np.float64)
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise ValueError(
+            f"cannot read the calibration {path}: expected T_table_camera, got {error!r}"
+        ) from error
+    return require_pose(pose, f"T_table_camera in {path}")
 
 
 def calibrate(

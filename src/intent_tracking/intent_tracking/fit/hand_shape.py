@@ -13,12 +13,13 @@ stands for `_POINT_DEVIATION`, and neighbouring frames, which repeat each other'
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
+from intent_perception.basics.array_files import read_arrays, require_finite
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.basics.parameters import Checked
+from intent_perception.basics.safe_files import write_arrays
 from intent_tracking.fit.shape_equations import ShapeDirections, shape_equations
 from intent_tracking.image.frame_evidence import FrameEvidence, Weights
 from intent_tracking.scene.body_state import BodyState
@@ -211,7 +212,8 @@ def _rotations(side: Side) -> Floats:
 
 def save_shape(path: str | Path, side: Side, shape: Array) -> None:
     """Keep a hand's side and shape (22,) in an NPZ file."""
-    np.savez(path, allow_pickle=False, hand_side=np.array(side), hand_shape=np.asarray(shape))
+    arrays = {"hand_side": np.array(side), "hand_shape": np.asarray(shape)}
+    write_arrays(path, arrays, compressed=False)
 
 
 def load_shape(path: str | Path) -> Array:
@@ -221,10 +223,11 @@ def load_shape(path: str | Path) -> Array:
         ValueError: if the file is absent, damaged or holds no hand shape.
     """
     try:
-        with np.load(path, allow_pickle=False) as data:
-            shape = np.asarray(data["hand_shape"], dtype=np.float64)
+        arrays = read_arrays(path, "a hand's shape")
+        require_finite(arrays)
+        shape = np.asarray(arrays["hand_shape"], dtype=np.float64)
         HandModel.from_shape("right", shape)
-    except (OSError, KeyError, ValueError, BadZipFile) as error:
+    except (KeyError, ValueError) as error:
         raise ValueError(
             f"{path}: expected a hand shape as `track --save-shape` writes it: {error}"
         ) from error

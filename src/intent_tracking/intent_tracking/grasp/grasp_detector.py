@@ -15,6 +15,7 @@ from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import (
     inverse,
     make_pose,
+    require_pose,
     rotation_angle,
     rotation_from_vector,
     transform_points,
@@ -24,6 +25,7 @@ from intent_tracking.grasp.grasp_features import (
     GraspedShape,
     GraspFeatures,
     as_right_hand,
+    check_features,
     grasp_features,
     hand_distances,
 )
@@ -82,6 +84,13 @@ class StableGrasp:
     """Standard deviations, of the same shapes; None where the feature is None."""
     T_object_hand: Array
     """(4, 4) pose of the hand as it is, a left hand not mirrored."""
+
+    def __post_init__(self) -> None:
+        """Refuse values that no grasp has."""
+        if self.hand_side not in ("left", "right"):
+            raise ValueError(f"expected hand_side left or right, got {self.hand_side!r}")
+        require_pose(self.T_object_hand, "T_object_hand")
+        check_features(self.features, self.std)
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,6 +50,61 @@ class GraspFeatures:
     """(3,) edges of the box nearest to the contacts, longest first [m]."""
 
 
+_UNIT = 0.01
+"""Tolerance of unit vectors and shares: messages round."""
+FEATURE_RANGES = {
+    "size": (3, 1e-4, 10.0),
+    "conv": (1, -_UNIT, 1.0 + _UNIT),
+    "dir": (4, -1.0 - _UNIT, 1.0 + _UNIT),
+    "npos": (3, -1.0 - _UNIT, 1.0 + _UNIT),
+    "fcon": (0, -6.2832, 6.2832),
+    "fvol": (1, -_UNIT, 1.0 + _UNIT),
+    "coc": (3, -20.0, 20.0),
+    "gbvl": (3, 0.0, 10.0),
+}
+"""Of each variable of Table I: how many values (0: one per joint), least and greatest."""
+_LARGEST_DEVIATION = 100.0
+
+
+def check_features(features: GraspFeatures, std: GraspFeatures | None = None) -> None:
+    """Refuse values of Table I that no grasp has, and deviations that are none.
+
+    Raises:
+        ValueError: that names the variable, what it may be and what it is.
+    """
+    for name, (count, low, high) in FEATURE_RANGES.items():
+        value = getattr(features, name)
+        if value is None:
+            continue
+        values = np.ravel(value)
+        fits = len(values) == count if count else 0 < len(values) <= 100
+        if not fits or not np.all((values >= low) & (values <= high)):
+            raise ValueError(
+                f"expected {name} as {count or 'some'} values in {low:g}..{high:g}, "
+                f"got {_shown(values)}"
+            )
+        if name in ("dir", "npos") and abs(float(np.linalg.norm(values)) - 1.0) > _UNIT:
+            raise ValueError(f"expected {name} as a unit vector, got {_shown(values)}")
+        spread = getattr(std, name, None)
+        if spread is None:
+            continue
+        deviations = np.ravel(spread)
+        known = deviations[~np.isnan(deviations)]
+        if len(deviations) != len(values) or not np.all(
+            (known >= 0.0) & (known <= _LARGEST_DEVIATION)
+        ):
+            raise ValueError(
+                f"expected {len(values)} standard deviations of {name} from 0 on, "
+                f"got {_shown(deviations)}"
+            )
+
+
+def _shown(values: Array) -> str:
+    """Return at most four values as words."""
+    some = ", ".join(f"{value:.4g}" for value in values[:4])
+    return f"{len(values)} values {some}{' …' if len(values) > 4 else ''}"
+
+
 class GraspedShape:
     """What the features need of an object, computed once."""
 

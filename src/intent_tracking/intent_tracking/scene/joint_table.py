@@ -10,8 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array
+from intent_perception.geometry.transforms import require_pose
 
 Indices = NDArray[np.int64]
+_WIDEST = 100.0
+"""Angles and coupling factors of a hand are smaller."""
+_LARGEST = 1.0
+"""Lengths of a hand's shapes are smaller [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +86,36 @@ class JointTable:
                 f"{self.name}: expected limits ({len(self.joint_names)}, 2), "
                 f"got {self.limits.shape}"
             )
+        self._check_values()
+
+    def _check_values(self) -> None:
+        """Refuse joints that cannot turn and shapes that are none.
+
+        Raises:
+            ValueError: that names the joint or link.
+        """
+        for name, (low, high) in zip(self.joint_names, self.limits, strict=True):
+            if not -_WIDEST <= low <= high <= _WIDEST:
+                raise ValueError(f"{self.name}: joint {name}: expected limits lower <= upper [rad]")
+        require_pose(self.origins, f"{self.name}: the origin of each link")
+        for link in np.flatnonzero(self.drivers >= 0):
+            length = float(np.linalg.norm(self.axes[link]))
+            if not abs(length - 1.0) < 1e-3 or not 0.0 < abs(self.ratios[link]) < _WIDEST:
+                raise ValueError(
+                    f"{self.name}: link {self.link_names[link]}: expected an axis of length 1 and "
+                    f"a ratio other than 0, got {self.axes[link]}, {self.ratios[link]}"
+                )
+        shapes = self.capsules
+        sizes = (("radius", shapes.links, shapes.radii[:, None]),
+                 ("box", self.boxes.links, self.boxes.half_sizes))  # fmt: skip
+        for what, links, values in sizes:
+            wrong = ~np.all((values > 0.0) & (values < _LARGEST), axis=1)
+            if np.any(wrong):
+                link = self.link_names[links[np.flatnonzero(wrong)[0]]]
+                raise ValueError(f"{self.name}: link {link}: expected a {what} above 0 m, below 1")
+        if not np.all(np.abs(shapes.ends) < _LARGEST):
+            raise ValueError(f"{self.name}: expected shapes within {_LARGEST:g} m of their links")
+        require_pose(self.boxes.poses, f"{self.name}: the pose of each box")
 
 
 def link_poses(table: JointTable, joints: Array) -> Array:

@@ -8,8 +8,7 @@ neighbouring fingers, both outer joints of one finger, thumb against fingers.
 from functools import cache
 from typing import NamedTuple
 
-import numpy as np
-
+from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Floats
 from intent_tracking import SHARE
 
@@ -28,8 +27,8 @@ class Posture(NamedTuple):
 @cache
 def shipped_posture() -> Posture:
     """Return the prior that comes with the package."""
-    with np.load(SHIPPED, allow_pickle=False) as data:
-        return Posture(data["mean"], data["precision"])
+    stored = read_arrays(SHIPPED, "posture prior")
+    return Posture(stored["mean"], stored["precision"])
 
 
 def surprise(posture: Posture, angles: Floats) -> float:

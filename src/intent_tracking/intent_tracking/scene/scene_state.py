@@ -5,9 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_perception.basics.arrays import Array
-from intent_perception.geometry.transforms import inverse, pose_from_vector
-from intent_tracking.scene.hand_model import HandModel, Side
+from intent_perception.geometry.transforms import inverse, pose_from_vector, require_pose
+from intent_tracking.scene.hand_model import SHAPE_SIZE, HandModel, Side
 from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE, state_size
+
+_FARTHEST = 1e3
+_LARGEST_SHARE = 10.0
+"""Of the average hand: scale, thickness and bones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +49,16 @@ class SceneState:
                 f"expected state and state_std of ({expected},) for {len(self.object_ids)} "
                 f"objects, got {self.state.shape} and {self.state_std.shape}"
             )
+        if self.hand_side not in ("left", "right"):
+            raise ValueError(f"expected hand_side left or right, got {self.hand_side!r}")
+        if self.hand_shape.shape != (SHAPE_SIZE,) or not np.all(
+            (self.hand_shape > 0.0) & (self.hand_shape < _LARGEST_SHARE)
+        ):
+            raise ValueError(f"expected hand_shape as {SHAPE_SIZE} shares above 0, got others")
+        # NaN is not known; what is known lies near the table.
+        if np.any(np.abs(self.state) > _FARTHEST) or np.any(self.state_std < 0.0):
+            raise ValueError("expected a state within metres and radians, and deviations from 0 on")
+        require_pose(self.T_table_camera, "T_table_camera")
 
     @property
     def hand_tracked(self) -> bool:

@@ -104,7 +104,8 @@ def track_bag(
         chosen: names of the only objects to look for; empty = the whole database, None = no object.
         warn: told, once each, what is missing and what follows from it.
     """
-    frames: Iterator[RgbdFrame] = read_frames(bag)
+    left_out: list[str] = []
+    frames: Iterator[RgbdFrame] = read_frames(bag, on_bad_frame=left_out.append)
     first = next(frames)
     database = database.select(chosen) if chosen else database
     found = table_alone(first) if chosen is None else Recognizer(database).step(first)
@@ -120,7 +121,10 @@ def track_bag(
     if tracker.trouble:
         warn(tracker.trouble)
     tracker.start(found)
-    return follow(tracker, _with_first(first, frames))
+    recording = follow(tracker, _with_first(first, frames))
+    if left_out:
+        warn(f"left out in {len(left_out)} places, the first: {left_out[0]}")
+    return recording
 
 
 def _with_first(first: RgbdFrame, others: Iterator[RgbdFrame]) -> Iterator[RgbdFrame]:

@@ -8,8 +8,7 @@ import argparse
 import sys
 from pathlib import Path
 
-import numpy as np
-
+from intent_perception.basics.safe_files import output_file, write_arrays
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.fit.hand_shape import HandShapeConfig, save_shape
 from intent_tracking.tracker.recording import track_bag
@@ -33,8 +32,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--method", choices=("hybrid", "pso"), default="hybrid")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--shape", default="", help="NPZ with the hand shape to start from")
-    parser.add_argument("--save-shape", type=Path, help="NPZ that the calibrated shape is kept in")
-    parser.add_argument("--out", type=Path, required=True, help="NPZ file of the result")
+    parser.add_argument(
+        "--save-shape", type=output_file, help="NPZ that the calibrated shape is kept in"
+    )
+    parser.add_argument("--out", type=output_file, required=True, help="NPZ file of the result")
     options = parser.parse_args(arguments)
     chosen: tuple[str, ...] | None = tuple(name for name in options.objects.split(",") if name)
     if chosen == ("none",):
@@ -50,7 +51,7 @@ def main(arguments: list[str] | None = None) -> int:
     if options.save_shape:
         last = recording.states[-1]
         save_shape(options.save_shape, last.hand_side, last.hand_shape)
-    np.savez_compressed(options.out, allow_pickle=False, **recording.arrays)
+    write_arrays(options.out, recording.arrays)
     lost = sum(state.hand_lost for state in recording.states)
     without = sum(not state.hand_tracked for state in recording.states)
     print(

@@ -20,6 +20,7 @@ from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.workshop.simulation.grasp_table import without_duplicates
 from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp, load_grasps
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.safe_files import output_file
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 from intent_tracking.grasp.grasp_features import GraspedShape
@@ -97,7 +98,7 @@ def main(command_line: Sequence[str] | None = None) -> None:
     parser.add_argument("--hand", default="schunk", help="name or file of the hand")
     parser.add_argument("--models", default=None, help="object database; default: the shipped one")
     parser.add_argument("--count", type=int, default=200, help="grasps per object at most")
-    parser.add_argument("--out", type=Path, default=None, help="library file (.npz)")
+    parser.add_argument("--out", type=output_file, default=None, help="library file (.npz)")
     arguments = parser.parse_args(command_line)
     hand = GraspingHand.load(arguments.hand)
     database = ObjectDatabase.load(arguments.models)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from intent_inference.workshop.simulation.grasp_table import Row, read_rows, write_rows
+from intent_perception.basics.safe_files import output_file
 
 
 def join_tables(paths: Sequence[Path], out: Path) -> int:
@@ -22,6 +23,6 @@ def main() -> None:
     """Join tables and print the number of rows."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
     parser.add_argument("tables", type=Path, nargs="+", help="tables of `simulate` or `practise`")
-    parser.add_argument("--out", type=Path, required=True, help="table to write, .csv or .csv.gz")
+    parser.add_argument("--out", type=output_file, required=True, help="table, .csv or .csv.gz")
     options = parser.parse_args()
     print(f"{options.out}: {join_tables(options.tables, options.out)} grasps")

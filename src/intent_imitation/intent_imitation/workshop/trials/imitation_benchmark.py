@@ -19,6 +19,7 @@ from intent_imitation.workshop.trials.network_grasps import compared
 from intent_imitation.workshop.trials.trials import TASKS, Laboratory, TableTrial, run_trial
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.network.model_file import shipped_model
+from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.workshop.figures.machine import machine
 
@@ -121,7 +122,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="from 1000 on: for reports")
     parser.add_argument("--quick", action="store_true", help="a tenth of the tables")
     parser.add_argument("--pictures", type=Path, default=None, help="folder for picture strips")
-    parser.add_argument("--json", default="-", help="file, or - for standard output")
+    parser.add_argument("--json", type=output_file, default="-", help="file, - = print")
     arguments = parser.parse_args()
     started, cpu = time.perf_counter(), time.process_time()
     figures: dict[str, Any] = {"machine": machine(), "seed": arguments.seed}
@@ -129,8 +130,4 @@ def main() -> None:
         figures.update(PARTS[name](arguments.seed, arguments.quick, arguments.pictures))
     figures["seconds"] = time.perf_counter() - started
     figures["cpu_seconds"] = time.process_time() - cpu
-    text = json.dumps(figures, indent=2)
-    if arguments.json == "-":
-        print(text)
-    else:
-        Path(arguments.json).write_text(text + "\n", encoding="utf-8")
+    write_json(arguments.json, figures, indent=2)

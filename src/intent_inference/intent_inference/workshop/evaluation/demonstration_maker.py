@@ -29,6 +29,8 @@ from intent_inference.workshop.evaluation.shown_people import TIMES
 from intent_inference.workshop.evaluation.tracked_people import tracked_demonstration
 from intent_inference.workshop.simulation.grasp_table import Row
 from intent_inference.workshop.simulation.labels import TASKS
+from intent_perception.basics.checked_files import read_json
+from intent_perception.basics.safe_files import write_bytes, write_text
 
 _DATA = SHARE / "data"
 _FIRST_SEED = 1000
@@ -69,8 +71,7 @@ def _write(path: Path, rows: list[Row]) -> None:
     writer.writeheader()
     for row in rows:
         writer.writerow({n: f"{v:.6g}" if _rounded(n, v) else v for n, v in row.items()})
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(gzip.compress(text.getvalue().encode(), mtime=0))
+    write_bytes(path, gzip.compress(text.getvalue().encode(), mtime=0))
 
 
 def _rounded(column: str, value: str | float | int) -> bool:
@@ -88,12 +89,10 @@ def _demonstration(seed: int, archive: Path) -> Demonstration:
     if not path.is_file():
         started = time.process_time()
         made = tracked_demonstration(seed)
-        partial = path.with_suffix(".part")
-        partial.write_text(json.dumps(asdict(made)))
-        partial.rename(path)
+        write_text(path, json.dumps(asdict(made)))
         seconds = time.process_time() - started
         print(f"{seed}: {made.reason or 'tracked'}, {seconds:.0f} s CPU", flush=True)
-    stored: Demonstration = json.loads(path.read_text())
+    stored: Demonstration = read_json(path)
     return stored
 
 

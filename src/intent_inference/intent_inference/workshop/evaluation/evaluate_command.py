@@ -19,6 +19,7 @@ from intent_inference.workshop.evaluation.demonstration_scores import demonstrat
 from intent_inference.workshop.evaluation.evaluation_report import ReportConfig, evaluation_report
 from intent_inference.workshop.evaluation.protocol import ProtocolConfig
 from intent_inference.workshop.training.labelled_table import GraspTable, read_grasps
+from intent_perception.basics.safe_files import output_file, write_text
 
 _GROUPS = {"O": OBJECT, "A": ACTION, "C": CONSTRAINT}
 
@@ -95,7 +96,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--group-trials", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1000)
     parser.add_argument("--no-baselines", action="store_true")
-    parser.add_argument("--json", help="file, or - for standard output")
+    parser.add_argument("--json", type=output_file, help="file, - = print")
     parser.add_argument("--figures", help="folder for Fig. 5")
     parser.add_argument(
         "--demonstrations", help="folder of demonstrations.csv.gz: BN^H on them, red in Fig. 5"
@@ -127,10 +128,10 @@ def main(argv: list[str] | None = None) -> int:
         from intent_inference.workshop.evaluation.roc_figures import draw_roc
 
         draw_roc(report, Path(arguments.figures) / "fig5_roc.png")
-    if arguments.json == "-":
+    if arguments.json == Path("-"):
         print(json.dumps(report, indent=1))
         return 0
     print_report(report)
     if arguments.json:
-        Path(arguments.json).write_text(json.dumps(report, indent=1) + "\n")
+        write_text(arguments.json, json.dumps(report, indent=1) + "\n")
     return 0

@@ -5,7 +5,6 @@ python -m intent_inference.benchmark [--part tasks|demonstrations|latency|traini
 """
 
 import argparse
-import json
 import sys
 import time
 from pathlib import Path
@@ -23,6 +22,7 @@ from intent_inference.workshop.evaluation.evaluation_report import ReportConfig,
 from intent_inference.workshop.evaluation.protocol import ProtocolConfig
 from intent_inference.workshop.training.fitting import train
 from intent_inference.workshop.training.labelled_table import read_grasps
+from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.workshop.figures.machine import machine
 
 PARTS = ("tasks", "demonstrations", "latency", "training", "simulation")
@@ -108,7 +108,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--model", default="", help="default: the shipped BN^H")
     parser.add_argument("--seed", type=int, default=1000)
     parser.add_argument("--quick", action="store_true", help="few trials")
-    parser.add_argument("--json", default="-", help="file, or - for standard output")
+    parser.add_argument("--json", type=output_file, default="-", help="file, - = print")
     arguments = parser.parse_args(argv)
     data = Path(arguments.data)
     parts = (arguments.part,) if arguments.part else PARTS
@@ -131,11 +131,7 @@ def main(argv: list[str] | None = None) -> int:
         report["simulation"] = _simulation(arguments.quick, arguments.seed)
     report["seconds"] = time.process_time() - cpu
     report["wall_seconds"] = time.perf_counter() - wall
-    text = json.dumps(report, indent=1)
-    if arguments.json == "-":
-        print(text)
-    else:
-        Path(arguments.json).write_text(text + "\n")
+    write_json(arguments.json, report, indent=1)
     return 0
 
 

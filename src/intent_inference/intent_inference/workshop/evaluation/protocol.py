@@ -239,7 +239,7 @@ def unknown_class_auroc(table: GraspTable, seed: int, config: ProtocolConfig) ->
         count = round(config.share * len(known))
         part = table.select(known[:count])
         labels = {t: v for t, v in part.labels.items() if len(set(v[np.isfinite(v)])) == 2}
-        part = GraspTable(part.features, labels, part.columns)
+        part = replace(part, labels=labels)
         if not labels:
             continue
         training = replace(config.training, masks=())

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from intent_perception.basics.safe_files import written_beside
+
 _COLORS = {"full": "#c2185b", "partial": "#1565c0"}
 
 
@@ -67,4 +69,5 @@ def draw_roc(report: dict[str, Any], path: Path) -> None:
     bars.set(ylim=(0.5, 1.0), title="AUC")
     bars.legend(fontsize=7, loc="lower right")
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
+    with written_beside(path) as part:
+        figure.savefig(part, dpi=110)

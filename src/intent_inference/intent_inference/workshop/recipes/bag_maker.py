@@ -5,8 +5,8 @@ them with other people, rooms, grasps and noise (the folder's name then ends in 
 """
 
 import argparse
-import shutil
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,8 @@ from intent_inference.workshop.recipes.demonstrated_labels import label_row, tas
 from intent_inference.workshop.recipes.own_models import own_models, write_models
 from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.bags.bag_files import BagWriter
+from intent_perception.basics.own_folder import made_beside
+from intent_perception.basics.safe_files import write_arrays
 from intent_perception.geometry.transforms import (
     inverse,
     make_pose,
@@ -27,7 +29,14 @@ from intent_tracking.workshop.person.acting.person_grasp import Grasp
 from intent_tracking.workshop.person.acting.script import Script, rehearse
 from intent_tracking.workshop.person.body.person_hand import sample_hand
 from intent_tracking.workshop.person.body.skin import make_skin
-from intent_tracking.workshop.person.filming.film import Set, all_seen, film, sample_set, still_life
+from intent_tracking.workshop.person.filming.film import (
+    Set,
+    Shot,
+    all_seen,
+    film,
+    sample_set,
+    still_life,
+)
 
 
 def make_bag(recipe: BagRecipe, seed: int, folder: Path) -> str:
@@ -46,21 +55,26 @@ def make_bag(recipe: BagRecipe, seed: int, folder: Path) -> str:
         if scene is None:
             print(f"  {scenario.name}: something is hidden; another person tries", flush=True)
             continue
-        part = folder.parent / ".part" / folder.name
-        shutil.rmtree(part, ignore_errors=True)
-        truths, stamps = [], []
-        with BagWriter(part, quality=80) as writer:
-            for shot in film(script, skin, scene, rng):
-                writer.write(shot.frame)
-                stamps.append(shot.frame.stamp)
-                truths.append((shot.joints_camera, shot.objects_camera, shot.hand_in_view))
-        _write_truth(part, recipe, script, np.array(stamps), truths, scene.T_table_camera)
-        if recipe.own_models:
-            write_models(part, script.models)
-        shutil.rmtree(folder, ignore_errors=True)
-        part.rename(folder)
-        return f"{scenario.name}: {len(stamps)} frames, grasps at {script.grasp_frames}"
+        with made_beside(folder) as part:
+            count = _write_film(part, recipe, script, scene, film(script, skin, scene, rng))
+        return f"{scenario.name}: {count} frames, grasps at {script.grasp_frames}"
     raise ValueError(f"{scenario.name} cannot be shown with seed {seed}")
+
+
+def _write_film(
+    folder: Path, recipe: BagRecipe, script: Script, scene: Set, shots: Iterable[Shot]
+) -> int:
+    """Write the bag of a film with its truth; return the number of frames."""
+    truths, stamps = [], []
+    with BagWriter(folder, quality=80) as writer:
+        for shot in shots:
+            writer.write(shot.frame)
+            stamps.append(shot.frame.stamp)
+            truths.append((shot.joints_camera, shot.objects_camera, shot.hand_in_view))
+    _write_truth(folder, recipe, script, np.array(stamps), truths, scene.T_table_camera)
+    if recipe.own_models:
+        write_models(folder, script.models)
+    return len(stamps)
 
 
 def _suits(model: ObjectModel, task: str, grasp: Grasp) -> bool:
@@ -88,8 +102,7 @@ def _write_truth(
     """Write truth.npz: joints_camera (F, 21, 3), objects_camera (F, N, 4, 4) and the acts."""
     acts = [(i, act) for i, act in enumerate(recipe.scenario.acts) if act.grasped]
     frames = np.array(script.grasp_frames, dtype=np.int64)
-    np.savez_compressed(
-        folder / "truth.npz",
+    arrays = dict(
         stamps=stamps,
         joints_camera=np.array([t[0] for t in truths], dtype=np.float32),
         objects_camera=np.array([t[1] for t in truths], dtype=np.float32),
@@ -109,6 +122,7 @@ def _write_truth(
             [label_row(script.models[i], g) for (i, _), g in zip(acts, script.grasps, strict=True)]
         ).reshape(-1, len(TASKS)),
     )
+    write_arrays(folder / "truth.npz", arrays)
 
 
 def make_robot_table(seed: int, folder: Path) -> str:
@@ -122,25 +136,38 @@ def make_robot_table(seed: int, folder: Path) -> str:
         turn = rotation_from_vector(np.array([0, 0, rng.uniform(-np.pi, np.pi)]))
         spot = np.array([x, rng.uniform(-0.06, 0.08), 0.0])
         poses.append(make_pose(turn, spot) @ model.stable_poses[0])
-    shutil.rmtree(folder, ignore_errors=True)
+    with made_beside(folder) as part:
+        count = _write_still(part, chosen, np.array(poses), scene, rng)
+    return f"robot_table: {count} frames"
+
+
+def _write_still(
+    folder: Path,
+    models: tuple[ObjectModel, ...],
+    poses: np.ndarray,
+    scene: Set,
+    rng: np.random.Generator,
+) -> int:
+    """Write the bag of a table without a hand, with its truth; return the number of frames."""
     stamps = []
     with BagWriter(folder, quality=80) as writer:
-        for frame, _ in still_life(chosen, np.array(poses), scene, 8, rng):
+        for frame, _ in still_life(models, poses, scene, 8, rng):
             writer.write(frame)
             stamps.append(frame.stamp)
     count = len(stamps)
-    objects = np.tile(inverse(scene.T_table_camera) @ np.array(poses), (count, 1, 1, 1))
+    objects = np.tile(inverse(scene.T_table_camera) @ poses, (count, 1, 1, 1))
     none = np.zeros(0, dtype=np.int64)
-    np.savez_compressed(
-        folder / "truth.npz", stamps=np.array(stamps),
+    arrays = dict(
+        stamps=np.array(stamps),
         joints_camera=np.full((count, 21, 3), np.nan, np.float32),
         objects_camera=objects.astype(np.float32), hand_in_view=np.zeros(count, bool),
         hand_side=np.array("none"), object_ids=np.array(ROBOT_TABLE),
-        object_classes=np.array([m.object_class for m in chosen]),
+        object_classes=np.array([m.object_class for m in models]),
         T_table_camera=scene.T_table_camera, task=np.zeros(0, dtype="<U1"), grasp_frame=none,
         grasp_stamp=none, touch_frame=none, grasped=none, T_object_hand=np.zeros((0, 4, 4)),
     )  # fmt: skip
-    return f"robot_table: {count} frames"
+    write_arrays(folder / "truth.npz", arrays)
+    return count
 
 
 def main(generated: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from intent_perception.basics.safe_files import write_text
 from intent_perception.objects.loading import write_parts
 from intent_perception.objects.model import Functions, ObjectModel, Opening
 from intent_perception.workshop.things.designed_object import AXIS, NOTHING, DesignedObject, finish
@@ -75,4 +76,4 @@ def write_models(folder: Path, models: Iterable[ObjectModel]) -> None:
             "unit": "m", "color": [float(c) for c in model.color],
         })  # fmt: skip
     text = yaml.safe_dump({"objects": entries}, sort_keys=False)
-    (folder / "models.yaml").write_text(text)
+    write_text(folder / "models.yaml", text)

@@ -1,5 +1,6 @@
 """Generation over many objects: one archive per object, in parallel, resumed where it stopped."""
 
+import re
 import time
 import zlib
 from collections.abc import Callable, Sequence
@@ -10,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from intent_inference import SHARE
 from intent_inference.grasping.autograsp import Fate
@@ -34,6 +34,7 @@ from intent_inference.workshop.simulation.simulated_grasp import (
 )
 from intent_inference.workshop.simulation.stability import ShakeConfig
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.checked_files import read_yaml
 from intent_perception.basics.parameters import Checked
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 
@@ -81,8 +82,7 @@ class Progress:
 
 def settings(path: Path = SETTINGS) -> GenerationConfig:
     """Return the generation settings of a YAML file, by default those of the shipped data."""
-    with path.open(encoding="utf-8") as stream:
-        values = yaml.safe_load(stream) or {}
+    values = read_yaml(path) or {}
     try:
         return GenerationConfig(
             **values.get("generation", {}),
@@ -173,9 +173,10 @@ def rows_of_object(config: CampaignConfig, name: str) -> list[Row]:
 
 def _write_kept(kept: Path, name: str, rows: list[Row]) -> None:
     """Write the rows of an object in place of older ones."""
-    for old in kept.parent.glob(f"{name}.*.csv.gz"):
-        old.unlink()
     write_rows(kept, rows)
+    for old in kept.parent.iterdir():
+        if old != kept and re.fullmatch(rf"{re.escape(name)}\.[0-9a-f]{{8}}\.csv\.gz", old.name):
+            old.unlink()
 
 
 def _fingerprint(grasps: Sequence[SimulatedGrasp]) -> str:

@@ -11,6 +11,7 @@ from intent_inference.workshop.simulation.grasp_table import Row
 from intent_inference.workshop.simulation.labels import TASKS, load_rules
 from intent_inference.workshop.simulation.simulated_grasp import load_grasps
 from intent_inference.workshop.simulation.simulation_benchmark import CELLS, SHAPES
+from intent_perception.basics.safe_files import write_text
 
 _TABLE_II = {"hand-over": 996, "pouring": 860, "tool-use": 986, "dish-washing": 457}
 """Simulated positives of the paper's Table II; it has as many negatives."""
@@ -49,7 +50,7 @@ def write_data_card(
         *_pictures(folder, hand),
     ]
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{hand}.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(folder / f"{hand}.md", "\n".join(lines) + "\n")
 
 
 def _pictures(folder: Path, hand: str) -> list[str]:

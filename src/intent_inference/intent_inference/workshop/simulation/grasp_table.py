@@ -14,11 +14,15 @@ from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.labels import TASKS, TaskLabel, label_grasp
 from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.checked_files import read_text
+from intent_perception.basics.safe_files import write_bytes
 from intent_perception.geometry.transforms import quaternion_from_rotation, rotation_from_quaternion
 from intent_tracking.grasp.grasp_features import GraspFeatures, grasp_features
 
 Row = dict[str, str | float | int]
 
+_LARGEST = 256 << 20
+"""Bytes of a table."""
 _POSITION, _ANGLE = 0.005, np.radians(5.0)
 """Grasps nearer than this in wrist position, orientation and every joint are duplicates."""
 _HANDLE_SHARE = 0.5
@@ -75,7 +79,7 @@ def write_rows(path: Path, rows: Iterable[Row]) -> None:
         writer.writerow([_cell(row.get(column, "")) for column in ordered])
     path.parent.mkdir(parents=True, exist_ok=True)
     content = text.getvalue().encode()
-    path.write_bytes(gzip.compress(content, mtime=0) if path.suffix == ".gz" else content)
+    write_bytes(path, gzip.compress(content, mtime=0) if path.suffix == ".gz" else content)
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
@@ -85,11 +89,9 @@ def read_rows(path: Path) -> list[dict[str, str]]:
         ValueError: if the file cannot be read.
     """
     try:
-        content = path.read_bytes()
-        text = (gzip.decompress(content) if path.suffix == ".gz" else content).decode()
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+        return list(csv.DictReader(io.StringIO(read_text(path, _LARGEST)), strict=True))
+    except (ValueError, csv.Error) as error:
         raise ValueError(f"{path}: expected a table of grasps ({error})") from error
-    return list(csv.DictReader(io.StringIO(text)))
 
 
 def without_duplicates(

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from intent_inference import SHARE
 from intent_inference.grasping.autograsp import hand_spheres, sphere_clearance
@@ -24,6 +23,7 @@ from intent_inference.workshop.simulation.label_terms import (
 )
 from intent_inference.workshop.simulation.receivers import receiver_bank, with_forearm
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.checked_files import read_yaml
 
 RULES = SHARE / "label_rules.yaml"
 TASKS = ("hand-over", "pouring", "tool-use", "dish-washing")
@@ -46,8 +46,7 @@ class TaskLabel:
 @lru_cache(maxsize=4)
 def load_rules(path: Path = RULES) -> dict[str, Any]:
     """Return the label rules of a YAML file."""
-    with path.open(encoding="utf-8") as stream:
-        rules = yaml.safe_load(stream)
+    rules = read_yaml(path)
     missing = [task for task in TASKS if task not in rules]
     if missing:
         raise ValueError(f"{path}: expected a rule for each of {TASKS}, {missing} are missing")

@@ -8,7 +8,6 @@ objects over a cluster; locally, `--jobs` sets the number of processes.
 """
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,8 @@ from intent_inference.workshop.simulation.campaign import (
 )
 from intent_inference.workshop.simulation.grasp_table import Row, write_rows
 from intent_inference.workshop.simulation.labels import TASKS
+from intent_perception.basics.safe_files import output_file, write_json
+from intent_perception.geometry.coded_images import write_picture
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -36,11 +37,8 @@ def main(arguments: list[str] | None = None) -> int:
     except ValueError as error:
         print(f"simulate: {error}", file=sys.stderr)
         return 2
-    text = json.dumps(summary, indent=1)
-    if options.json == "-":
-        print(text)
-    elif options.json:
-        Path(options.json).write_text(text + "\n", encoding="utf-8")
+    if options.json:
+        write_json(options.json, summary, indent=1)
     return 0 if summary["rows"] else 1
 
 
@@ -83,7 +81,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--hand", required=True, help="human, schunk or a YAML file")
     parser.add_argument("--models", help="object database (default: the shipped 48)")
-    parser.add_argument("--out", required=True, help="table to write, .csv or .csv.gz")
+    parser.add_argument("--out", type=output_file, required=True, help="table, .csv or .csv.gz")
     parser.add_argument("--objects", help="only these, separated by commas")
     parser.add_argument("--archive", default="out/simulation", help="folder of the raw grasps")
     parser.add_argument("--per-object", type=int, default=100, help="grasps that hold, per object")
@@ -95,7 +93,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--settings", default=str(SETTINGS), help="YAML of shake and filter")
     parser.add_argument("--relabel", action="store_true", help="renew labels, simulate nothing")
     parser.add_argument("--card", help="folder for a data card and pictures per class and task")
-    parser.add_argument("--json", help="write the counts to this file, or - for the screen")
+    parser.add_argument("--json", type=output_file, help="file for the counts, - = print")
     return parser
 
 
@@ -143,8 +141,6 @@ def _write_card(
 
 def _write_sheets(config: CampaignConfig, names: list[str], folder: Path) -> None:
     """Write one picture per class and task that can be afforded."""
-    import cv2
-
     from intent_inference.grasping.grasping_hand import GraspingHand
     from intent_inference.grasping.task_object import TaskObject
     from intent_inference.workshop.simulation.contact_sheet import task_sheet
@@ -160,4 +156,4 @@ def _write_sheets(config: CampaignConfig, names: list[str], folder: Path) -> Non
             sheet = task_sheet(targets, hand, grasps, kind, task)
             if sheet is not None:
                 path = folder / f"{hand.name}_{kind}_{task}.jpg"
-                cv2.imwrite(str(path), sheet[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 80])
+                write_picture(path, sheet, quality=80)

@@ -1,16 +1,15 @@
 """One simulated, shaken grasp, and archives of many (npz, so that labels can be renewed)."""
 
-import io
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from intent_inference.grasping.contacts import Contacts
+from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.safe_files import write_arrays
 
 ARCHIVE_VERSION = 1
 _ARRAYS = (
@@ -70,10 +69,7 @@ def save_grasps(path: Path, grasps: Sequence[SimulatedGrasp], **counters: Array)
         "contact_forces": np.concatenate([np.zeros(0), *[c.forces for c in contacts]]),
         **counters,
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(".part.npz")
-    np.savez_compressed(partial, allow_pickle=False, **arrays)
-    partial.replace(path)
+    write_arrays(path, arrays)
 
 
 def load_grasps(path: Path) -> tuple[list[SimulatedGrasp], dict[str, Array]]:
@@ -83,9 +79,8 @@ def load_grasps(path: Path) -> tuple[list[SimulatedGrasp], dict[str, Array]]:
         ValueError: if the file is damaged or of another version.
     """
     try:
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
-            arrays = {key: archive[key] for key in archive.files}
-    except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
+        arrays = read_arrays(path, "archive of grasps")
+    except ValueError as error:
         raise ValueError(f"{path}: expected an archive of grasps ({error}); delete it") from error
     if int(arrays.get("version", -1)) != ARCHIVE_VERSION:
         raise ValueError(

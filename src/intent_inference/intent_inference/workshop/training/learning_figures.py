@@ -11,6 +11,7 @@ from intent_inference.quantisation.quantiser import Quantisation, QuantisationCo
 from intent_inference.quantisation.variables import OBJECT_CLASS
 from intent_inference.workshop.training.labelled_table import GraspTable
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.safe_files import written_beside
 
 if TYPE_CHECKING:
     from intent_inference.network.task_model import TaskModel
@@ -82,7 +83,8 @@ def draw_quantisation(quantisation: Quantisation, values: Array, path: Path) -> 
     for axis, title in zip(axes, titles, strict=True):
         axis.set_title(f"{quantisation.variable}: {title}", fontsize=9)
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=100)
+    with written_beside(path) as part:
+        figure.savefig(part, dpi=100)
 
 
 def _draw_density(axis: Any, log_density: Any, standard: Array) -> None:
@@ -106,7 +108,8 @@ def draw_structures(model: "TaskModel", path: Path, member: int = 0) -> None:
         draw_graph(axis, chosen.parents)
         axis.set_title(f"{networks.task} ({chosen.recipe})", fontsize=9)
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
+    with written_beside(path) as part:
+        figure.savefig(part, dpi=110)
 
 
 def draw_graph(axis: Any, parents: Parents) -> None:

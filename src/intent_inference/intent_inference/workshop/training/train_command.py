@@ -14,6 +14,7 @@ import numpy as np
 from intent_inference.network.model_file import load_model, save_model
 from intent_inference.network.structure import TASK
 from intent_inference.network.task_model import TaskModel
+from intent_inference.quantisation.variables import OBJECT_CLASS
 from intent_inference.workshop.training.fitting import (
     DEFAULT_RECIPES,
     NetworkRecipe,
@@ -22,6 +23,7 @@ from intent_inference.workshop.training.fitting import (
 )
 from intent_inference.workshop.training.labelled_table import GraspTable, read_grasps
 from intent_inference.workshop.training.updating import add_demonstrations
+from intent_perception.basics.safe_files import check_place, output_file
 
 
 def recipes_of(text: str) -> tuple[NetworkRecipe, ...]:
@@ -35,11 +37,35 @@ def recipes_of(text: str) -> tuple[NetworkRecipe, ...]:
     return tuple(recipes)
 
 
+def left_out(table: GraspTable, model: TaskModel) -> list[str]:
+    """Return a sentence about everything in a table that does not count in a model."""
+    said = []
+    for task, labels in table.labels.items():
+        if task not in model.tasks:
+            yes, no = int((labels == 1.0).sum()), int((labels == 0.0).sum())
+            said.append(f"task {task}: {yes} grasps afford it and {no} do not; both are needed")
+    if table.unused:
+        said.append(f"columns {', '.join(table.unused)}: neither features nor labels")
+    for name in table.features:
+        if name not in model.variables:
+            said.append(f"variable {name}: it has no ten known values")
+    names = set(np.asarray(table.features.get(OBJECT_CLASS, []), dtype=str).tolist()) - {""}
+    if strange := sorted(names - set(model.classes)):
+        said.append(f"object classes {', '.join(strange)}: the model does not know them")
+    return said
+
+
+def _tell(table: GraspTable, model: TaskModel) -> None:
+    for sentence in left_out(table, model):
+        print(f"left out: {sentence}", file=sys.stderr)
+
+
 def _train(arguments: argparse.Namespace) -> TaskModel:
     table = read_grasps(arguments.data, arguments.tasks.split(",") if arguments.tasks else None)
     config = TrainingConfig(recipes=recipes_of(arguments.structure))
     rng = np.random.default_rng(arguments.seed)
     model = train(table, rng, config)
+    _tell(table, model)
     if arguments.figures:
         _draw(table, model, Path(arguments.figures), arguments.seed)
     return model
@@ -64,6 +90,7 @@ def _draw(table: GraspTable, model: TaskModel, folder: Path, seed: int) -> None:
 def _add(arguments: argparse.Namespace) -> TaskModel:
     model = load_model(arguments.model)
     table = read_grasps(arguments.data, arguments.tasks.split(",") if arguments.tasks else None)
+    _tell(table, model)
     return add_demonstrations(model, table, arguments.weight)
 
 
@@ -71,7 +98,7 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
     parser = argparse.ArgumentParser(prog="intent_inference.train", description=__doc__)
     parser.add_argument("--data", required=True, help="CSV of grasps, columns as of `simulate`")
-    parser.add_argument("--out", help="model file to write")
+    parser.add_argument("--out", type=output_file, help="model file to write")
     parser.add_argument("--tasks", default="", help="label columns, by commas; default: all found")
     arguments_list = sys.argv[1:] if argv is None else argv
     adding = arguments_list[:1] == ["add"]
@@ -91,11 +118,12 @@ def main(argv: list[str] | None = None) -> int:
         parser.error("expected --out MODEL")
     started = time.process_time()
     try:
+        check_place(out)  # the model itself, where no other is named
         model = _add(arguments) if adding else _train(arguments)
+        save_model(model, out)
     except ValueError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
-    save_model(model, out)
     seconds = time.process_time() - started
     print(f"{out}: {len(model.tasks)} tasks {', '.join(model.tasks)}; {seconds:.1f} s CPU")
     for networks in model.networks:

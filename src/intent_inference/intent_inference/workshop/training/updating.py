@@ -9,6 +9,9 @@ from intent_inference.quantisation.variables import OBJECT_CLASS
 from intent_inference.workshop.training.fitting import assign
 from intent_inference.workshop.training.labelled_table import GraspTable
 
+_MOST = 1e6
+"""Weight of a grasp beyond which counts lose their digits."""
+
 
 def add_demonstrations(model: TaskModel, table: GraspTable, weight: float = 1.0) -> TaskModel:
     """Return the model after more labelled grasps: counts add, structure and states stay.
@@ -26,8 +29,8 @@ def add_demonstrations(model: TaskModel, table: GraspTable, weight: float = 1.0)
         ValueError: if no task or no variable of the model is in the table, or the weight is not
             positive.
     """
-    if weight <= 0.0:
-        raise ValueError(f"weight: expected more than 0, got {weight}")
+    if not 0.0 < weight < _MOST:
+        raise ValueError(f"weight: expected more than 0 and at most {_MOST:g}, got {weight}")
     tasks = [task for task in model.tasks if task in table.labels]
     if not tasks:
         raise ValueError(f"expected labels of {model.tasks}, got {tuple(table.labels)}")

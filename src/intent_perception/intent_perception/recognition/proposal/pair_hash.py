@@ -8,13 +8,14 @@ small for the large distance and too featureless for the small one, findable.
 
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
+from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
+from intent_perception.basics.safe_files import write_arrays
 from intent_perception.recognition.proposal.model_surface import ModelSurface
 from intent_perception.recognition.proposal.proposal_arrays import PairArrays
 
@@ -107,15 +108,15 @@ class PairTable:
 
     def save(self, path: Path) -> None:
         """Write the table as a compressed npz file."""
-        np.savez_compressed(
-            path,
-            format=_FORMAT,
-            distances=self.distances,
-            tolerance=self.tolerance,
-            capacity=self.capacity,
-            keys=self.keys,
-            entries=self.entries,
-        )
+        arrays = {
+            "format": np.array(_FORMAT),
+            "distances": self.distances,
+            "tolerance": np.array(self.tolerance),
+            "capacity": np.array(self.capacity),
+            "keys": self.keys,
+            "entries": self.entries,
+        }
+        write_arrays(path, arrays)
 
     @classmethod
     def load(cls, path: Path) -> "PairTable":
@@ -125,20 +126,20 @@ class PairTable:
             ValueError: if the file is not one, or is damaged.
         """
         try:
-            with path.open("rb") as handle, np.load(handle, allow_pickle=False) as file:
-                if int(file["format"]) != _FORMAT:
-                    raise ValueError(f"expected pair-table format {_FORMAT}, got {file['format']}")
-                keys, distances = file["keys"], file["distances"]
-                starts = np.searchsorted(keys, np.arange(len(distances) * BINS**3 + 1))
-                return cls(
-                    distances,
-                    float(file["tolerance"]),
-                    int(file["capacity"]),
-                    keys,
-                    file["entries"],
-                    starts.astype(np.int64),
-                )
-        except (OSError, KeyError, EOFError, ValueError, BadZipFile) as error:
+            file = read_arrays(path, "pair table")
+            if int(file["format"]) != _FORMAT:
+                raise ValueError(f"expected pair-table format {_FORMAT}, got {file['format']}")
+            keys, distances = file["keys"], file["distances"]
+            starts = np.searchsorted(keys, np.arange(len(distances) * BINS**3 + 1))
+            return cls(
+                distances,
+                float(file["tolerance"]),
+                int(file["capacity"]),
+                keys,
+                file["entries"],
+                starts.astype(np.int64),
+            )
+        except (KeyError, ValueError, TypeError) as error:
             raise ValueError(f"{path} is not a pair table: {error}; rebuild it") from error
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import yaml
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.safe_files import write_text
 from intent_perception.geometry.transforms import inverse, rotation_angle
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import ObjectModel
@@ -62,5 +63,5 @@ def file_database(folder: Path, files: dict[str, str], unit: str) -> ObjectDatab
     ]
     with tempfile.TemporaryDirectory() as temporary:
         path = Path(temporary) / "objects.yaml"
-        path.write_text(yaml.safe_dump({"objects": entries}))
+        write_text(path, yaml.safe_dump({"objects": entries}))
         return ObjectDatabase.load(path)

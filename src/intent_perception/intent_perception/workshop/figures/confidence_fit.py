@@ -23,7 +23,9 @@ import yaml
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.safe_files import write_arrays, write_text
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import OBJECT_CLASSES, ObjectModel
@@ -85,21 +87,21 @@ class Detections:
         """Return what a file keeps, nothing where there is none."""
         if path is None or not path.exists():
             return cls()
-        with np.load(path, allow_pickle=False) as kept:
-            scenes = list(zip(kept["kinds"].tolist(), kept["seeds"].tolist(), strict=True))
-            right, scene = kept["right"].tolist(), kept["scene"].tolist()
-            return cls(scenes, list(kept["features"]), right, scene)
+        kept = read_arrays(path, "detections")
+        scenes = list(zip(kept["kinds"].tolist(), kept["seeds"].tolist(), strict=True))
+        right, scene = kept["right"].tolist(), kept["scene"].tolist()
+        return cls(scenes, list(kept["features"]), right, scene)
 
     def write(self, path: Path) -> None:
         """Keep everything in a file."""
-        np.savez_compressed(
-            path,
-            kinds=np.array([kind for kind, _ in self.scenes]),
-            seeds=np.array([seed for _, seed in self.scenes]),
-            features=np.array(self.features, np.float32).reshape(-1, len(FEATURES)),
-            right=np.array(self.right, dtype=bool),
-            scene=np.array(self.scene, dtype=np.int64),
-        )
+        arrays = {
+            "kinds": np.array([kind for kind, _ in self.scenes]),
+            "seeds": np.array([seed for _, seed in self.scenes]),
+            "features": np.array(self.features, np.float32).reshape(-1, len(FEATURES)),
+            "right": np.array(self.right, dtype=bool),
+            "scene": np.array(self.scene, dtype=np.int64),
+        }
+        write_arrays(path, arrays)
 
     def add(self, item: DevelopmentScene, detector: Detector) -> None:
         """Search one scene."""
@@ -238,5 +240,5 @@ def main() -> None:
         if arguments.detections is not None:
             kept.write(arguments.detections)
     report = yaml.safe_dump(fitted(kept), sort_keys=False)
-    arguments.out.write_text(report)
+    write_text(arguments.out, report)
     sys.stdout.write(report)

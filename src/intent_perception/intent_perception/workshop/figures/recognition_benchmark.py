@@ -13,10 +13,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
+from intent_perception.basics.safe_files import output_file, write_text
 from intent_perception.geometry.cloud import read_cloud, view_cloud
+from intent_perception.geometry.coded_images import write_picture
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.detection import Detector, DetectorConfig
 from intent_perception.recognition.overlay import overlay
@@ -132,7 +133,7 @@ def ycb_frames(plan: Plan) -> dict[str, Any] | None:
         missed += [f"{number}:{name}" for name in sorted(open_names)]
         if plan.pictures is not None:
             image = overlay(frame.color, frame.camera, models, poses, texts, paints)
-            cv2.imwrite(str(plan.pictures / f"ycb_{number}.png"), image[..., ::-1])
+            write_picture(plan.pictures / f"ycb_{number}.png", image)
     return {
         "recall": hits / sum(len(boxes) for boxes in COUNTED.values()),
         "false_per_frame": false / len(COUNTED),
@@ -161,7 +162,7 @@ def _draw(path: Path, scene: TabletopScene, claims: Sequence[Claim], known: set[
     ]
     paints = [_ORANGE] * len(missed) + [_GREEN if j.right else _RED for j in judged]
     image = overlay(scene.frame.color, scene.frame.camera, models, poses, texts, paints)
-    cv2.imwrite(str(path), image[..., ::-1])
+    write_picture(path, image)
 
 
 PARTS: dict[str, Callable[[Plan], Any]] = {
@@ -186,7 +187,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1000)
     parser.add_argument("--scenes", type=int, default=60)
     parser.add_argument("--quick", action="store_true", help="a tenth of everything")
-    parser.add_argument("--json", default="-")
+    parser.add_argument("--json", type=output_file, default="-")
     parser.add_argument("--pictures", type=Path)
     arguments = parser.parse_args()
     share = 10 if arguments.quick else 1
@@ -208,7 +209,7 @@ def main() -> None:
     for name in [arguments.part] if arguments.part else PARTS:
         report[name] = PARTS[name](plan)
         report["seconds"] = time.perf_counter() - start
-        if arguments.json != "-":  # what is there, should a later part be stopped
-            Path(arguments.json).write_text(json.dumps(report, indent=1) + "\n")
-    if arguments.json == "-":
+        if arguments.json != Path("-"):  # what is there, should a later part be stopped
+            write_text(arguments.json, json.dumps(report, indent=1) + "\n")
+    if arguments.json == Path("-"):
         print(json.dumps(report, indent=1))

@@ -11,6 +11,7 @@ import numpy as np
 import yaml
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.safe_files import write_text
 from intent_perception.geometry.transforms import vector_from_pose
 from intent_perception.objects.database import CLUTTER, SHIPPED
 from intent_perception.objects.loading import write_parts
@@ -58,7 +59,7 @@ def write_database(models: list[ObjectModel], file: Path) -> None:
         entry = yaml.safe_dump(_entry(model), sort_keys=False, default_flow_style=None, width=1000)
         indented = entry.rstrip().replace("\n", "\n    ")
         lines.append(f"  - {indented}")
-    file.write_text("\n".join(lines) + "\n")
+    write_text(file, "\n".join(lines) + "\n")
 
 
 def _entry(model: ObjectModel) -> dict[str, Any]:

@@ -7,12 +7,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import ColorImage
+from intent_perception.geometry.coded_images import write_picture
 from intent_perception.geometry.transforms import transform_points
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.tracker.tracker import Tracker
@@ -101,7 +101,7 @@ def people_figures(
     errors = [film_errors(people_film(seed, n), config, picture is not None) for n in range(films)]
     if picture is not None:
         sheet = tiled([error.pictures for error in errors])
-        cv2.imwrite(str(picture), cv2.cvtColor(sheet, cv2.COLOR_RGB2BGR))
+        write_picture(picture, sheet)
     return summary(errors)
 
 

@@ -8,13 +8,13 @@ import os
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.bags.bag_files import read_frames
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import ColorImage
+from intent_perception.geometry.coded_images import write_picture
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.tracker.recording import Recording, track_bag
 from intent_tracking.tracker.tracker_config import TrackerConfig
@@ -66,7 +66,7 @@ def real_figures(
         if picture is not None:
             rows.append(_pictured(bag, recording, truth))
     if picture is not None:
-        cv2.imwrite(str(picture), cv2.cvtColor(tiled(rows), cv2.COLOR_RGB2BGR))
+        write_picture(picture, tiled(rows))
     return figures
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
+from intent_perception.geometry.coded_images import write_picture
 from intent_perception.geometry.transforms import inverse
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.scene.hand_kernel import hand_arrays, hand_buffers, place_hand
@@ -58,7 +59,7 @@ def sr305_figures(seed: int, picture: Path | None) -> dict[str, Any] | None:
         return None
     fits = [real_fit(path, seed) for path in files]
     if picture is not None:
-        cv2.imwrite(str(picture), sheet(fits))
+        write_picture(picture, sheet(fits)[..., ::-1])
     started = [fit for fit in fits if fit.state.hand_tracked]
     return {
         "frames": len(fits),

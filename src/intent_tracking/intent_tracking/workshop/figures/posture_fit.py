@@ -6,13 +6,15 @@ with the table of `intent_inference.simulate --hand human`; without --out the sh
 
 import argparse
 import csv
-import gzip
+import io
 import sys
 from pathlib import Path
 
 import numpy as np
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.checked_files import read_text
+from intent_perception.basics.safe_files import output_file, write_arrays
 from intent_tracking.scene.posture_prior import SHIPPED, Posture
 
 OPEN: Array = np.radians(
@@ -36,12 +38,11 @@ def main(arguments: list[str] | None = None) -> int:
     """Learn the prior from a table of simulated grasps; return the exit status."""
     parser = argparse.ArgumentParser(prog="intent_tracking.posture", description=__doc__)
     parser.add_argument("data", type=Path, help="table of simulated human grasps (CSV, gzip)")
-    parser.add_argument("--out", type=Path, default=SHIPPED)
+    parser.add_argument("--out", type=output_file, default=SHIPPED)
     options = parser.parse_args(arguments)
-    with gzip.open(options.data, "rt", encoding="utf-8") as file:
-        rows = [[float(row[f"fcon_{n}"]) for n in range(20)] for row in csv.DictReader(file)]
+    table = csv.DictReader(io.StringIO(read_text(options.data, 256 << 20)))
+    rows = [[float(row[f"fcon_{n}"]) for n in range(20)] for row in table]
     posture = posture_of(np.array(rows), np.random.default_rng(0))
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(options.out, allow_pickle=False, mean=posture.mean, precision=posture.precision)
+    write_arrays(options.out, posture._asdict(), compressed=False)
     sys.stdout.write(f"{len(rows)} grasps: {options.out}\n")
     return 0

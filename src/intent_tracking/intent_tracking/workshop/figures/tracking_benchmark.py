@@ -5,7 +5,6 @@ python -m intent_tracking.benchmark [--part NAME] [--seed S] [--quick] [--bags D
 """
 
 import argparse
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.workshop.figures.machine import machine
 from intent_tracking.tracker.tracker_config import TrackerConfig
 from intent_tracking.workshop.figures.benchmark_bags import BagErrors, bag_errors, bags_with_truth
@@ -244,7 +244,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--bags", type=Path, default=Path("bags"))
     parser.add_argument("--picture", type=Path, help="PNG of the parts people, real, sr305")
     parser.add_argument("--films", type=int, help="films of the part people")
-    parser.add_argument("--json", default="-", help="file, or - for standard output")
+    parser.add_argument("--json", type=output_file, default="-", help="file, - = print")
     options = parser.parse_args(arguments)
     began = time.perf_counter()
     figures: dict[str, Any] = {
@@ -258,9 +258,5 @@ def main(arguments: list[str] | None = None) -> int:
     for name in [options.part] if options.part else PARTS:
         figures.update(PARTS[name](scope))
     figures["seconds"] = time.perf_counter() - began
-    text = json.dumps(figures, indent=2)
-    if options.json == "-":
-        print(text)
-    else:
-        Path(options.json).write_text(text + "\n", encoding="utf-8")
+    write_json(options.json, figures, indent=2)
     return 0
