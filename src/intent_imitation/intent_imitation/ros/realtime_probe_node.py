@@ -38,7 +38,7 @@ NODES = {
 }
 _PATIENCE = 120.0
 """Longest wait for the nodes to be ready and for a bag to be played to its end [s]."""
-_REST = 1.5
+_REST = 3.0
 """Answers are waited for so long after the last frame [s]."""
 _TICKS = os.sysconf("SC_CLK_TCK")
 
@@ -111,7 +111,7 @@ class RealtimeProbe(Node):
         self.heard.states.setdefault(stamp_of(message), time.monotonic())
 
     def _on_objects(self, message: Any) -> None:
-        if message.objects and self.heard.objects is None and self.heard.frames:
+        if message.objects and self.heard.objects is None and stamp_of(message) in self.heard.frames:
             self.heard.objects = time.monotonic()
 
     def _on_grasp(self, message: Any) -> None:

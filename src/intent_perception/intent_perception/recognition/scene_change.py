@@ -37,7 +37,7 @@ class ChangeConfig(Checked):
     """Pixels that differ from the last answer's scene when it is looked at again, 1..100000."""
     depth: float = 0.012
     """Difference in depth that counts as a change [m], 0.001..0.1."""
-    still: float = 0.3
+    still: float = 0.2
     """A changed scene is looked at once nothing has moved in it for this long [s], 0..10."""
 
 

@@ -1,5 +1,6 @@
 """What all nodes share of ROS: parameters, a node that survives bad input, RGB-D frames, run."""
 
+import gc
 import os
 import sys
 import threading
@@ -87,6 +88,9 @@ class InputConfig(Checked):
     silence: float = 5.0
     """Time without a frame after which the node says what it is waiting for [s], 0 = never,
     0..3600."""
+    pause: float = 2.0
+    """After a gap in the stamps this long everything is begun anew, as with another recording [s];
+    0.2..3600."""
     synchroniser: SynchroniserConfig = field(default_factory=SynchroniserConfig)
     """Which images belong together."""
 
@@ -318,11 +322,13 @@ class FrameSubscription:
             return
         messages = add(message)
         if self.synchroniser.jumps != self._jumps:
-            self._jumps, self._newest = self.synchroniser.jumps, -1
-            self._node.get_logger().info("the clock went back: starting over")
-            self._node.reset()
+            self._jumps = self.synchroniser.jumps
+            self._start_over("the clock went back")
         if messages is None:
             return
+        gap = (messages.stamp - self._newest) / NANOSECONDS
+        if self._newest >= 0 and gap > self._config.pause:
+            self._start_over(f"nothing was seen for {gap:.1f} s")
         self.frame_id = messages.depth.header.frame_id or self.frame_id
         self._count_skipped(messages.stamp)
         header = Header(frame_id=self.frame_id)
@@ -332,6 +338,11 @@ class FrameSubscription:
         else:
             self._node.acknowledge(header)
         self._quiet_since, self._warned = time.monotonic(), False
+
+    def _start_over(self, reason: str) -> None:
+        self._newest = -1
+        self._node.get_logger().info(f"{reason}: starting over")
+        self._node.reset()
 
     def _count_skipped(self, stamp: int) -> None:
         """Count the frames that are missing between the last one and this."""
@@ -381,6 +392,7 @@ def run(kind: Callable[[], IntentNode]) -> None:
     rclpy.init()
     try:
         node = kind()
+        gc.freeze()  # what has been loaded stays; looking through it would hold up a frame
         if "--rehearse" not in sys.argv:
             node.announce()
             rclpy.spin(node)

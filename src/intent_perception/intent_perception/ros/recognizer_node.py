@@ -42,7 +42,7 @@ class RecognizerNode(IntentNode):
     """Recognises the objects while no hand is near them and publishes each new answer."""
 
     def __init__(self) -> None:
-        super().__init__("recognizer", ShareConfig(budget=14.0))
+        super().__init__("recognizer", ShareConfig(niceness=7, budget=14.0))
         self._database = declared_database(self)
         camera, config = declared(self, CameraConfig()), declared(self, RecognizerConfig())
         self._owns_camera, file = camera.publish_camera, camera.calibration

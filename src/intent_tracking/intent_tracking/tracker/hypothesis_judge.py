@@ -15,6 +15,8 @@ _SIDE_COST = 0.3
 """Cost of a side that the networks exclude."""
 _SURE, _SURE_AGE = 0.8, 4
 """Probability of the other side, and frames since a hand is seen, from which a side is doubted."""
+_EXPLAINED = 0.15
+"""Cost of a fit from which on down depth explains the hand."""
 _THIN = 3
 """Frames in a row with hardly a hand pixel after which there is no hand."""
 
@@ -68,9 +70,15 @@ class HypothesisJudge:
         return agreed and self._watch.hand is not None
 
     def settled(self, hypothesis: Hypothesis) -> bool:
-        """Return whether fit and networks agree so well that not every frame must be read."""
+        """Return whether fit and networks agree so well that not every frame must be read.
+
+        Where depth explains the hand as well as it can, key points hardly count: then it is enough
+        that they do not contradict.
+        """
         old = hypothesis.age > self._config.decision_frames
-        agreed = hypothesis.gap is not None and hypothesis.gap < self._config.agreement
+        explained = hypothesis.mean_cost < _EXPLAINED
+        limit = self._config.contradiction if explained else self._config.agreement
+        agreed = hypothesis.gap is not None and hypothesis.gap < limit
         return old and agreed and hypothesis.mean_cost < self._config.doubt_cost
 
     def lost(self, hypothesis: Hypothesis) -> bool:
