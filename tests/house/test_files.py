@@ -33,11 +33,9 @@ OTHERS = {
     # Fetched archives are held against a checksum; rules are part of a fingerprint.
     "network_files": {".read_bytes"},
     "campaign": {".read_bytes"},
-    # Nodes and the hand's shape are being rewritten.
+    # Nodes are being rewritten.
     "recognizer_node": {".read_text"},
     "calibrate_node": {".write_text"},
-    "hand_shape": {"np.load", "np.savez"},
-    "track_command": {"np.savez_compressed"},
 }
 OWN_DATA = {"np.load", "cv2.imread", ".read_text"}
 """Workshops read what the project itself has made."""
