@@ -26,6 +26,7 @@ from intent_perception.geometry.coded_images import read_picture, write_picture
 from intent_perception.geometry.transforms import make_pose, require_pose
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.scene.camera_calibration import read_calibration
+from intent_tracking.fit.hand_shape import load_shape
 
 ROOT = Path(__file__).resolve().parents[2]
 INFERENCE = ROOT / "src/intent_inference/intent_inference/share"
@@ -229,6 +230,17 @@ def _use_truth(path: Path) -> Answer:
     return Answer(True)
 
 
+def _shape_file(rng: Rng, folder: Path) -> Path:
+    arrays = {"hand_side": np.array("left"), "hand_shape": np.linspace(0.9, 1.1, 22)}
+    (folder / "hand.npz").write_bytes(mutation.damaged_arrays(rng, arrays))
+    return folder / "hand.npz"
+
+
+def _use_shape(path: Path) -> Answer:
+    shape = load_shape(path)
+    return Answer(finite(shape) and shape.min() > 0.1 and shape.max() < 10.0)
+
+
 SUBJECTS: tuple[Subject, ...] = (
     *BAG_SUBJECTS,
     Subject("model", _array_file(INFERENCE / "models" / "human.npz"), _use_model),
@@ -244,4 +256,5 @@ SUBJECTS: tuple[Subject, ...] = (
     Subject("point cloud", _cloud_file, _use_cloud),
     Subject("truth of a bag", _truth_file, _use_truth),
     *RESULT_SUBJECTS,
+    Subject("hand shape", _shape_file, _use_shape),
 )

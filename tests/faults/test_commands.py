@@ -17,6 +17,7 @@ from tests.intent_inference.network.test_model_file import write_table
 from intent_inference import SHARE
 from intent_inference.network.model_file import load_model
 
+ROOT = Path(__file__).resolve().parents[2]
 MODEL = SHARE / "models" / "human.npz"
 
 
@@ -63,6 +64,24 @@ def test_an_output_that_cannot_be_written_is_refused_before_the_work(tmp_path: P
     assert "cannot write" in done.stderr
     assert "Traceback" not in done.stderr
     assert time.monotonic() - began < 60
+
+
+@pytest.mark.slow
+def test_one_damaged_frame_does_not_cost_a_track(tmp_path: Path) -> None:
+    from intent_perception.bags.bag_files import BagWriter, read_messages
+
+    source, bag = ROOT / "bags" / "robot_table", tmp_path / "bag"
+    with BagWriter(bag) as writer:
+        for number, message in enumerate(read_messages(source)):
+            cut = message.data[: len(message.data) // 3] if number == 10 else message.data
+            writer.append_raw(type(message)(message.topic, message.type, message.received, cut))
+    out = tmp_path / "track.npz"
+    done = run("intent_tracking.track", str(bag), "--objects", "none", "--out", str(out))
+    assert done.returncode == 0
+    assert "left out: " in done.stderr
+    assert done.stdout.startswith("7 frames, ")
+    with np.load(out) as track:
+        assert len(track["stamp"]) == 7
 
 
 @pytest.mark.slow

@@ -64,7 +64,7 @@ def test_a_scene_state_survives_with_its_nans() -> None:
 
 
 def test_a_stable_grasp_survives_with_what_was_not_observed() -> None:
-    known = {"size": np.ones(3), "dir": np.array([0, 0, 0, 1.0]), "fcon": np.arange(20.0)}
+    known = {"size": np.ones(3), "dir": np.array([0, 0, 0, 1.0]), "fcon": np.arange(20.0) / 10.0}
     names = [field.name for field in fields(GraspFeatures) if field.name != "object_class"]
     features = GraspFeatures("mug", **{name: known.get(name) for name in names})
     std = GraspFeatures(

@@ -9,7 +9,14 @@ from intent_imitation.ros.convert import plan_to_msg
 from intent_inference.intention.estimator import TaskPosterior
 from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.ros.convert import TABLE_FRAME, objects_from_msg
-from intent_perception.ros.node import LATCHED, IntentNode, ShareConfig, declared, declared_database, run
+from intent_perception.ros.node import (
+    LATCHED,
+    IntentNode,
+    ShareConfig,
+    declared,
+    declared_database,
+    run,
+)
 
 
 class ImitationNode(IntentNode):

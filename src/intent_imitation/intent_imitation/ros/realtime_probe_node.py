@@ -111,7 +111,11 @@ class RealtimeProbe(Node):
         self.heard.states.setdefault(stamp_of(message), time.monotonic())
 
     def _on_objects(self, message: Any) -> None:
-        if message.objects and self.heard.objects is None and stamp_of(message) in self.heard.frames:
+        if (
+            message.objects
+            and self.heard.objects is None
+            and stamp_of(message) in self.heard.frames
+        ):
             self.heard.objects = time.monotonic()
 
     def _on_grasp(self, message: Any) -> None:

@@ -65,6 +65,9 @@ def load_model(path: Path | str) -> TaskModel:
         raise ModelFileError(f"no model file {path}: {_REMEDY}")
     try:
         arrays = read_arrays(path, "model file")
+    except ValueError as error:
+        raise ModelFileError(f"{error}: {_REMEDY}") from error
+    try:
         header = json.loads(arrays.pop(_HEADER).tobytes().decode())
     except (KeyError, ValueError, RecursionError) as error:
         raise ModelFileError(f"{path} is damaged or no model file ({error}): {_REMEDY}") from error

@@ -141,6 +141,8 @@ def _frame_stamp(messages: list[BagMessage], topics: ImageTopics, tolerance: int
 
 def main() -> None:
     """Print the ROS arguments with which the nodes hear a bag."""
+    if len(sys.argv) != 2:
+        raise SystemExit("usage: python -m intent_perception.replay BAG")
     try:
         color, depth = transports(sys.argv[1])
     except ValueError as error:

@@ -320,7 +320,11 @@ class FrameSubscription:
     def _take(self, add: Callable[[Any], FrameMessages | None], message: Any) -> None:
         if not self._node.enabled:
             return
-        messages = add(message)
+        try:
+            messages = add(message)
+        except ValueError as error:
+            self._node.reject(str(error))
+            return
         if self.synchroniser.jumps != self._jumps:
             self._jumps = self.synchroniser.jumps
             self._start_over("the clock went back")

@@ -1,16 +1,13 @@
 """ROS node: RGB-D frames in, the known objects on the table out."""
 
 from dataclasses import dataclass
-from typing import Any
 
 from intent_msgs.msg import RecognizedObjects
 from tf2_msgs.msg import TFMessage
 
 from intent_perception.bags.frame_assembly import NANOSECONDS
-from intent_perception.basics.checked_files import read_json
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.geometry.transforms import require_pose
 from intent_perception.recognition import recognizer as recognized
 from intent_perception.recognition.recognizer import Recognizer, RecognizerConfig
 from intent_perception.recognition.rehearsal_scene import rehearsal_frames
@@ -24,6 +21,7 @@ from intent_perception.ros.node import (
     declared_database,
     run,
 )
+from intent_perception.scene.camera_calibration import read_calibration
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,9 @@ class RecognizerNode(IntentNode):
         camera, config = declared(self, CameraConfig()), declared(self, RecognizerConfig())
         self._owns_camera, file = camera.publish_camera, camera.calibration
         self._period, self._looked = int(camera.period * NANOSECONDS), -1
-        self._recognizer = Recognizer(self._database, config, calibration(file) if file else None)
+        self._recognizer = Recognizer(
+            self._database, config, read_calibration(file) if file else None
+        )
         self._publisher = self.create_publisher(RecognizedObjects, "intent/objects", LATCHED)
         self._tf = self.create_publisher(TFMessage, "tf_static", LATCHED)
         self._rehearse()
@@ -78,19 +78,6 @@ class RecognizerNode(IntentNode):
             pose = [(camera, objects.T_table_camera)]
             self._tf.publish(transforms_to_msg(header_at(objects.stamp), pose))
         self._publisher.publish(objects_to_msg(objects, self._database, camera))
-
-
-def calibration(path: str) -> Any:
-    """Return T_table_camera (4, 4) of a file that calibrate wrote; ValueError if it holds none."""
-    content = read_json(path)
-    if not isinstance(content, dict) or "T_table_camera" not in content:
-        raise ValueError(
-            f"{path} is no calibration: expected T_table_camera, as calibrate writes it"
-        )
-    try:
-        return require_pose(content["T_table_camera"], "T_table_camera")
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"cannot use the calibration {path}: {error}") from error
 
 
 def main() -> None:

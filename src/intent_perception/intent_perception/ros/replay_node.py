@@ -65,7 +65,10 @@ class ReplayNode(Node):
         while True:
             start, self._objects = time.monotonic(), False
             for bundle in bundles(
-                self._options.bag, self._options.start_offset, self._options.topics
+                self._options.bag,
+                self._options.start_offset,
+                self._options.topics,
+                self.get_logger().warning,
             ):
                 if count == 0:
                     self._prepare(bundle)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from intent_perception.basics.array_files import read_arrays, require_finite
+from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.basics.parameters import Checked
 from intent_perception.basics.safe_files import write_arrays
@@ -27,6 +27,8 @@ from intent_tracking.scene.hand_kernel import HandArrays, hand_arrays
 from intent_tracking.scene.hand_model import SHAPE_SIZE, HandModel, Side
 from intent_tracking.scene.state_layout import HAND_SIZE, JOINTS
 
+_LEAST_SHARE, _GREATEST_SHARE = 0.3, 3.0
+"""Of an average hand's size, thickness and bones, that a stored hand may have."""
 AVERAGE: Array = np.ones(SHAPE_SIZE)
 _SCALE_DEVIATION, _THICKNESS_DEVIATION, _BONE_DEVIATION = 0.06, 0.08, 0.03
 """Of the size of grown-up hands, of fingers' thickness and of single bones beside it, as shares."""
@@ -211,7 +213,7 @@ def _rotations(side: Side) -> Floats:
 
 
 def save_shape(path: str | Path, side: Side, shape: Array) -> None:
-    """Keep a hand's side and shape (22,) in an NPZ file."""
+    """Keep a hand's side and shape (22,) in an NPZ file; ValueError where that is impossible."""
     arrays = {"hand_side": np.array(side), "hand_shape": np.asarray(shape)}
     write_arrays(path, arrays, compressed=False)
 
@@ -223,11 +225,11 @@ def load_shape(path: str | Path) -> Array:
         ValueError: if the file is absent, damaged or holds no hand shape.
     """
     try:
-        arrays = read_arrays(path, "a hand's shape")
-        require_finite(arrays)
-        shape = np.asarray(arrays["hand_shape"], dtype=np.float64)
+        shape = np.asarray(read_arrays(path, "hand shape")["hand_shape"], dtype=np.float64)
+        if not np.all((shape > _LEAST_SHARE) & (shape < _GREATEST_SHARE)):
+            raise ValueError(f"expected shares in {_LEAST_SHARE:g}..{_GREATEST_SHARE:g}")
         HandModel.from_shape("right", shape)
-    except (KeyError, ValueError) as error:
+    except (KeyError, ValueError, TypeError) as error:
         raise ValueError(
             f"{path}: expected a hand shape as `track --save-shape` writes it: {error}"
         ) from error

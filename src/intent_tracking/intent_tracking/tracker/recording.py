@@ -18,6 +18,8 @@ from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.tracker.tracker import Tracker
 from intent_tracking.tracker.tracker_config import TrackerConfig
 
+_BAD = "left out: "
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -102,10 +104,12 @@ def track_bag(
         database: what may stand on the table.
         config: of the tracker.
         chosen: names of the only objects to look for; empty = the whole database, None = no object.
-        warn: told, once each, what is missing and what follows from it.
+        warn: told, once each, what is missing and what follows from it, and each damaged frame.
+
+    Raises:
+        ValueError: if the bag cannot be read or no frame of it is whole.
     """
-    left_out: list[str] = []
-    frames: Iterator[RgbdFrame] = read_frames(bag, on_bad_frame=left_out.append)
+    frames: Iterator[RgbdFrame] = read_frames(bag, on_bad_frame=lambda text: warn(f"{_BAD}{text}"))
     first = next(frames)
     database = database.select(chosen) if chosen else database
     found = table_alone(first) if chosen is None else Recognizer(database).step(first)
@@ -121,10 +125,7 @@ def track_bag(
     if tracker.trouble:
         warn(tracker.trouble)
     tracker.start(found)
-    recording = follow(tracker, _with_first(first, frames))
-    if left_out:
-        warn(f"left out in {len(left_out)} places, the first: {left_out[0]}")
-    return recording
+    return follow(tracker, _with_first(first, frames))
 
 
 def _with_first(first: RgbdFrame, others: Iterator[RgbdFrame]) -> Iterator[RgbdFrame]:

@@ -15,10 +15,6 @@ from intent_tracking.tracker.recording import track_bag
 from intent_tracking.tracker.tracker_config import TrackerConfig
 
 
-def _warn(text: str) -> None:
-    print(f"track: {text}", file=sys.stderr)
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
     parser = argparse.ArgumentParser(prog="intent_tracking.track", description=__doc__)
@@ -32,31 +28,37 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--method", choices=("hybrid", "pso"), default="hybrid")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--shape", default="", help="NPZ with the hand shape to start from")
-    parser.add_argument(
-        "--save-shape", type=output_file, help="NPZ that the calibrated shape is kept in"
-    )
+    parser.add_argument("--save-shape", type=output_file, help="NPZ for the calibrated shape")
     parser.add_argument("--out", type=output_file, required=True, help="NPZ file of the result")
     options = parser.parse_args(arguments)
     chosen: tuple[str, ...] | None = tuple(name for name in options.objects.split(",") if name)
     if chosen == ("none",):
         chosen = None
+    said: list[str] = []
+
+    def warn(text: str) -> None:
+        if text not in said:  # a camera without a clock says it for every frame
+            print(f"track: {text}", file=sys.stderr)
+        said.append(text)
+
     try:
         database = ObjectDatabase.load(options.models)
         shape = HandShapeConfig(file=options.shape)
         config = TrackerConfig(method=options.method, seed=options.seed, shape=shape)
-        recording = track_bag(options.bag, database, config, chosen, _warn)
+        recording = track_bag(options.bag, database, config, chosen, warn)
+        if options.save_shape:
+            last = recording.states[-1]
+            save_shape(options.save_shape, last.hand_side, last.hand_shape)
+        write_arrays(options.out, recording.arrays)
     except ValueError as error:
         print(f"track: {error}", file=sys.stderr)
         return 2
-    if options.save_shape:
-        last = recording.states[-1]
-        save_shape(options.save_shape, last.hand_side, last.hand_shape)
-    write_arrays(options.out, recording.arrays)
     lost = sum(state.hand_lost for state in recording.states)
     without = sum(not state.hand_tracked for state in recording.states)
+    bad = sum(text.startswith("left out") for text in said)
     print(
-        f"{len(recording.states)} frames, {without} without a hand's pose "
-        f"({lost} of them with one in view), "
+        f"{len(recording.states)} frames, {bad} times something was left out, "
+        f"{without} without a hand's pose ({lost} of them with one in view), "
         f"{1e3 * recording.seconds.mean():.1f} ms CPU per frame: {options.out}"
     )
     return 0
