@@ -51,8 +51,8 @@ class Heard:
     """Stamp of each frame -> when it was sent."""
     states: dict[int, float] = field(default_factory=dict)
     """Stamp of each scene state -> when it came."""
-    objects: float | None = None
-    """When the first objects came."""
+    objects: list[tuple[int, float]] = field(default_factory=list)
+    """Stamp of each answer with objects, and when it came."""
     grasps: list[int] = field(default_factory=list)
     """Stamps of stable grasps."""
     best: dict[int, str] = field(default_factory=dict)
@@ -111,12 +111,8 @@ class RealtimeProbe(Node):
         self.heard.states.setdefault(stamp_of(message), time.monotonic())
 
     def _on_objects(self, message: Any) -> None:
-        if (
-            message.objects
-            and self.heard.objects is None
-            and stamp_of(message) in self.heard.frames
-        ):
-            self.heard.objects = time.monotonic()
+        if message.objects:
+            self.heard.objects.append((stamp_of(message), time.monotonic()))
 
     def _on_grasp(self, message: Any) -> None:
         self.heard.grasps.append(stamp_of(message))

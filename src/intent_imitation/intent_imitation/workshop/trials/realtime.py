@@ -19,6 +19,7 @@ import numpy as np
 from intent_imitation.ros.realtime_probe_node import Heard, RealtimeProbe, probed_graph
 from intent_inference.workshop.recipes.bag_run import models_file, run_bag
 from intent_perception.basics.arrays import Array
+from intent_perception.objects.database import ObjectDatabase
 
 _NEAR = 10
 """A grasp is found where it is reported within so many frames of the true moment."""
@@ -37,8 +38,15 @@ class BagOutcome:
     """True moments of its grasps [ns]."""
     found: tuple[int | None, ...]
     """Reported moment of each of these grasps [ns], None = not found."""
-    best: tuple[str, ...]
-    """Best task of each of these grasps where the same steps have all the time they need."""
+    best: tuple[str | None, ...]
+    """Best task of each of these grasps where the same steps have all the time they need; None:
+    they do not find it either."""
+
+    def objects_after(self) -> list[float]:
+        """Return the time from the first frame to the first objects [s]."""
+        start = min(self.heard.frames.values(), default=0.0)
+        came = [when for stamp, when in self.heard.objects if stamp in self.stamps]
+        return [min(came) - start] if came else []
 
     def latencies(self) -> list[float]:
         """Return the time from each frame to its state [s]."""
@@ -59,14 +67,16 @@ def outcome_of(bag: Path, heard: Heard, reference: Sequence[tuple[int, str]]) ->
         heard: of the graph.
         reference: moment [ns] and best task of each grasp where nothing is lost.
     """
-    truth = np.load(bag / "truth.npz")
-    stamps, known = truth["stamps"], len(truth["grasp_stamp"])
+    truth, database = np.load(bag / "truth.npz"), ObjectDatabase.load(models_file(bag))
+    stamps = truth["stamps"]
     near = _NEAR * int(np.median(np.diff(stamps)))
-    shown = [int(stamp) for stamp in truth["grasp_stamp"]] if known else []
-    expected = tuple(t for t in shown if any(abs(t - moment) <= near for moment, _ in reference))
+    names = [str(truth["object_ids"][k]) for k in truth["grasped"]]
+    moments = zip(truth["grasp_stamp"], names, strict=True)
+    expected = tuple(int(t) for t, name in moments if name in database)
     found = tuple(next((g for g in heard.grasps if abs(g - t) <= near), None) for t in expected)
     best = tuple(
-        next(task for moment, task in reference if abs(t - moment) <= near) for t in expected
+        next((task for moment, task in reference if abs(t - moment) <= near), None)
+        for t in expected
     )
     return BagOutcome(heard, stamps, expected, found, best)
 
@@ -77,14 +87,13 @@ def figures(outcomes: Sequence[BagOutcome]) -> dict[str, Any]:
     frames = sum(len(one.stamps) for one in outcomes)
     answered = sum(stamp in one.heard.states for one in outcomes for stamp in one.stamps)
     grasps = [(one, k) for one in outcomes for k in range(len(one.expected))]
-    same = [one.heard.best.get(one.found[k] or -1) == one.best[k] for one, k in grasps]
+    same = [
+        one.best[k] is not None and one.heard.best.get(one.found[k] or -1) == one.best[k]
+        for one, k in grasps
+    ]
     planned = [one.found[k] in one.heard.plans for one, k in grasps]
     plan_times = [t for one in outcomes for t in one.plan_times()]
-    objects = [
-        one.heard.objects - min(one.heard.frames.values())
-        for one in outcomes
-        if one.heard.objects is not None
-    ]
+    objects = [t for one in outcomes for t in one.objects_after()]
     nodes = outcomes[0].heard.cpu
     cpu = {n: 1e3 * sum(one.heard.cpu[n] for one in outcomes) / frames for n in nodes}
     return {
