@@ -211,7 +211,8 @@ class HandWatch:
         regions += [end for arm in arms for end in ends_of(arm, frame.camera)]
         view = view_of(arms[0], frame.camera) if arms else None
         hints = Hints(tuple(regions[:_REGIONS]), view)
-        return reader.read(frame.color, search=self.missed > 0, hints=hints)
+        turn = not regions or self._looks % 2 == 0  # both sources in every frame take too long
+        return reader.read(frame.color, search=self.missed > 0 and turn, hints=hints)
 
     def _note_rest(self, expectation: Expectation) -> None:
         """Take note of whether the followed hand rests while something else moves."""

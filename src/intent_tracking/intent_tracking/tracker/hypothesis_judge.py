@@ -116,8 +116,8 @@ class HypothesisJudge:
     def open_to(self, hypothesis: Hypothesis, side: Side) -> bool:
         """Return whether a hand of a side may take over.
 
-        An old hypothesis that is seen where it is keeps its side unless the networks name another.
+        An old hypothesis keeps its side unless the networks name the other one.
         """
         if side == hypothesis.track.hand.side or hypothesis.age <= self._config.decision_frames:
             return True
-        return not self.supported(hypothesis) or self._likely_side(hypothesis) < _LEAST_LIKELY
+        return self._likely_side(hypothesis) < _LEAST_LIKELY
