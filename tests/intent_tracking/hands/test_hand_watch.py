@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from intent_perception.geometry.camera import KINECT, RgbdFrame
-from intent_tracking.hands.hand_reader import HandReaderConfig
+from intent_tracking.hands.hand_reader import NO_HINTS, HandReaderConfig
 from intent_tracking.hands.hand_square import HandSquare
 from intent_tracking.hands.hand_watch import MISSED, Expectation, HandWatch
 from intent_tracking.hands.key_point_start import KeyPointConfig
 from intent_tracking.hands.network_files import COMMAND
-from intent_tracking.hands.seen_hand import SeenHand
+from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.image.frame_evidence import NO_KEYS
 
 RESTING, ACTING = 0, 1
@@ -30,18 +30,25 @@ class Reader:
 
     def __init__(self):
         self.hands, self.reads, self.resets = (), 0, 0
+        self.hints, self.forgotten = NO_HINTS, []
 
     def reset(self):
         self.resets += 1
 
-    def read(self, color, search=False, only=None):
-        self.reads += 1
+    def forget(self, identity):
+        self.forgotten.append(identity)
+
+    def read(self, color, search=False, only=None, hints=NO_HINTS):
+        self.reads, self.hints = self.reads + 1, hints
         return tuple(hand for hand in self.hands if only in (None, hand.identity))
 
 
-def frame(depth=0.7):
-    color = np.zeros((480, 640, 3), np.uint8)
-    return RgbdFrame(0, color, np.full((480, 640), depth, np.float32), KINECT)
+def frame(depth=0.7, arm=None):
+    """Return a frame of a wall; an arm comes from the right border to a column (80 rows high)."""
+    image = np.full((480, 640), depth, np.float32)
+    if arm is not None:
+        image[200:280, arm:] = depth - 0.1
+    return RgbdFrame(0, np.zeros((480, 640, 3), np.uint8), image, KINECT)
 
 
 class Film:
@@ -51,9 +58,14 @@ class Film:
         self.watch, self.reader = HandWatch(None, KeyPointConfig(), PERIOD), Reader()
         self.watch._reader = self.reader
 
-    def look(self, *hands, depth=0.7, **expectation):
+    def look(self, *hands, depth=0.7, arm=None, **expectation):
         self.reader.hands = hands
-        self.watch.look(frame(depth), Expectation(**expectation))
+        self.watch.look(frame(depth, arm), Expectation(**expectation))
+
+    def follow(self, hand, *others, **more):
+        """Look while a hand is followed."""
+        expected = {"middle": hand.pixels[PALM].mean(axis=0), "joints": hand.pixels}
+        self.look(hand, *others, **expected, **more)
 
     def act(self):
         """Look at a hand that reaches past one at rest."""
@@ -187,3 +199,58 @@ def test_without_network_files_the_trouble_names_the_command(tmp_path, monkeypat
 
 def test_networks_that_are_switched_off_are_no_trouble():
     assert HandWatch(None, KeyPointConfig(), PERIOD).trouble == ""
+
+
+def test_a_hand_on_an_arm_that_comes_in_front_acts_at_once(film):
+    film.look(hand_at(RESTING, 100))
+    film.look(hand_at(RESTING, 100), hand_at(ACTING, 450), arm=400)
+    assert film.watch.hand.identity == ACTING
+
+
+def test_a_hand_at_rest_is_not_followed_while_an_arm_moves_elsewhere(film):
+    resting = hand_at(RESTING, 100)
+    film.follow(resting)
+    assert not film.watch.resting
+    film.follow(resting, arm=400)
+    assert film.watch.resting
+    assert film.watch.hand is None
+
+
+def test_a_hand_whose_own_arm_moves_is_followed(film):
+    hand = hand_at(RESTING, 350)
+    film.follow(hand)
+    film.follow(hand, arm=375)
+    assert not film.watch.resting
+    assert film.watch.hand.identity == RESTING
+
+
+def test_a_hand_that_acted_is_followed_while_another_arm_moves(film):
+    film.act()
+    film.follow(hand_at(ACTING, 100))
+    film.follow(hand_at(ACTING, 100), arm=400)
+    assert not film.watch.resting
+
+
+def test_the_end_of_an_arm_that_moves_is_shown_to_the_networks(film):
+    film.look()
+    film.look(arm=400)
+    (end,) = film.reader.hints.regions
+    assert abs(end.center - [400.0 + 0.35 * end.side, 240.0]).max() < 12.0
+    assert film.reader.hints.view is not None
+
+
+def test_the_fit_is_shown_to_the_networks_while_they_miss_its_hand(film):
+    film.act()
+    joints = hand_at(ACTING, 350).pixels
+    for _ in range(2):
+        film.look(middle=np.array([350.0, 240.0]), joints=joints)
+    (region,) = film.reader.hints.regions
+    assert np.linalg.norm(region.center - joints[PALM].mean(axis=0)) < region.side
+
+
+def test_key_points_that_slip_from_an_arm_to_its_shadow_are_forgotten(film):
+    film.look()
+    film.look(hand_at(ACTING, 450), arm=400)
+    film.look(hand_at(ACTING, 200), arm=400)
+    assert film.reader.forgotten == [ACTING]
+    assert film.watch.hand is None

@@ -13,10 +13,15 @@ CONFIG = TrackerConfig()
 NO_TABLE = SimpleNamespace(table=None)
 
 
-def judge_of(hand=None, *, seen=None, ever=True, missed=0):
+def judge_of(hand=None, *, seen=None, ever=True, missed=0, resting=False):
     """Return a judge beside a watch that sees a hand here (`hand`) or anywhere (`seen`)."""
     watch = SimpleNamespace(
-        hand=hand, seen=seen or hand, ever=ever, missed=missed, keys_of=lambda side: side
+        hand=hand,
+        seen=seen or hand,
+        ever=ever,
+        missed=missed,
+        resting=resting,
+        keys_of=lambda side: side,
     )
     return HypothesisJudge(CONFIG, NO_TABLE, watch)
 
@@ -113,3 +118,26 @@ def test_a_gap_is_bounded_and_none_where_nothing_is_seen():
     assert judge.gap(hypothesis(gap=0.02).track, None) == 0.02
     assert judge.gap(hypothesis(gap=5.0).track, None) == pytest.approx(0.10)
     assert judge.gap(hypothesis(gap=-1.0).track, None) is None
+
+
+def test_a_hand_that_rests_while_something_else_moves_is_given_up_however_well_it_fits():
+    assert judge_of(hand_seen(), resting=True).lost(hypothesis())
+
+
+@pytest.mark.parametrize(("right", "age", "taken"), [(0.5, 20, False), (0.2, 20, True),
+                                                     (0.5, 5, True)])  # fmt: skip
+def test_an_old_hand_keeps_its_side_unless_the_networks_name_the_other(right, age, taken):
+    old = hypothesis("right", age=age)
+    assert judge_of(hand_seen(right)).open_to(old, "left") == taken
+    assert judge_of(hand_seen(right)).open_to(old, "right")
+
+
+def test_a_hand_that_is_not_seen_keeps_its_side():
+    assert not judge_of().open_to(hypothesis("right", gap=FAR), "left")
+
+
+def test_a_poorer_fit_tells_the_shape_where_the_networks_agree():
+    judge = judge_of(hand_seen())
+    agreed, apart = hypothesis(gap=CONFIG.agreement / 2), hypothesis(gap=CONFIG.agreement * 2)
+    assert judge.telling_cost(agreed) > judge.telling_cost(apart)
+    assert judge_of().telling_cost(agreed) == judge.telling_cost(apart)

@@ -12,17 +12,30 @@ better on the real recordings (21, 12, 13 mm against 19, 11, 14 of lite, with th
 it is wholly in view, those that reach fast and blurred being the latest.
 """
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import ColorImage
-from intent_tracking.hands.hand_square import HandSquare, search_views, square_of_key_points
+from intent_tracking.hands.hand_square import (
+    END_MARGIN,
+    HandSquare,
+    search_views,
+    square_of_key_points,
+)
 from intent_tracking.hands.landmark_network import KeyPoints, LandmarkNetwork
 from intent_tracking.hands.palm_network import PalmNetwork
-from intent_tracking.hands.seen_hand import SeenHand
+from intent_tracking.hands.seen_hand import SeenHand, certainty
+
+_CHALLENGED = 0.4
+"""A square this near to a hand may be read for it [sides of the square]."""
+_CLEARLY = 0.02
+"""Merit by which another reading of a hand must be better."""
+_REACH_WORTH = 0.5
+"""Presence that one side of the square between an arm's end and the nearest key point is worth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +56,8 @@ class HandReaderConfig(Checked):
     """Frames between searches while no hand is seen, 1..100."""
     second_period: int = 15
     """Frames between searches while one is, 1..1000."""
-    side_memory: float = 0.9
-    """Share of the side's probability that comes from before, once a hand is old, 0..0.99."""
+    side_memory: float = 0.98
+    """Share of what is known of a hand's side that is kept from frame to frame, 0..1."""
     same_palm: float = 0.25
     """A palm this near to a known hand is its [sides of the square], 0.01..1."""
     same_hand: float = 0.12
@@ -55,6 +68,19 @@ class HandReaderConfig(Checked):
     """Frames for which a lost hand keeps its number, 0..1000."""
     least_side: float = 16.0
     """Smallest square that is read [pixels], 4..500."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hints:
+    """Where hands may be, from other sources."""
+
+    regions: tuple[HandSquare, ...] = ()
+    """Squares in which key points are read at once."""
+    view: HandSquare | None = None
+    """Square in which palms are searched every other time."""
+
+
+NO_HINTS = Hints()
 
 
 class HandReader:
@@ -80,8 +106,16 @@ class HandReader:
         self._searches = 0
         self._next = 0
 
+    def forget(self, identity: int) -> None:
+        """Take a hand for none from now on."""
+        self._hands = tuple(hand for hand in self._hands if hand.identity != identity)
+
     def read(
-        self, color: ColorImage, search: bool = False, only: int | None = None
+        self,
+        color: ColorImage,
+        search: bool = False,
+        only: int | None = None,
+        hints: Hints = NO_HINTS,
     ) -> tuple[SeenHand, ...]:
         """Return the hands of the next frame, those known longest first.
 
@@ -89,6 +123,7 @@ class HandReader:
             color: (H, W, 3) RGB of any size.
             search: whether to search palms now, whatever is due.
             only: number of the only hand to read; the others wait where they were seen last.
+            hints: where else to look.
 
         Raises:
             ValueError: if the image is no RGB image.
@@ -98,13 +133,16 @@ class HandReader:
         self._frame += 1
         before = len(self._hands)
         self._follow(color, only)
+        for region in hints.regions:
+            if not self._challenge(color, region):
+                self._take(color, region)
         period = self._config.second_period if self._hands else self._config.search_period
         due = self._frame - self._searched >= period or len(self._hands) < before
         if search or (due and len(self._hands) < self._config.hands):
             if len(self._hands) < before:
                 self._searches = 0  # what was just lost is looked for in the whole image
             self._searched = self._frame
-            self._search(color)
+            self._search(color, hints.view)
         return tuple(hand for hand in self._hands if only in (None, hand.identity))
 
     def _follow(self, color: ColorImage, only: int | None) -> None:
@@ -118,29 +156,64 @@ class HandReader:
             if seen is None or any(self._same(seen[1], other) for other in kept):
                 self._lost.append((hand, self._frame))
                 continue
-            square, points = seen
-            share = max(1.0 / (hand.age + 2), 1.0 - self._config.side_memory)
-            right = hand.right + share * (points.right - hand.right)
-            kept.append(_seen(hand.identity, points, square, right, hand.age + 1))
+            kept.append(self._again(hand, *seen, hand.age + 1))
         self._hands = tuple(kept)
 
-    def _search(self, color: ColorImage) -> None:
-        """Add the hands of palms that are none of the known ones."""
-        views = search_views(color.shape[1], color.shape[0])
+    def _again(self, hand: SeenHand, square: HandSquare, points: KeyPoints, age: int) -> SeenHand:
+        """Return a known hand as it is seen now; what is known of its side is kept.
+
+        A side does not change, but looks in doubt and at hands cut off often name the wrong one.
+        """
+        before = self._config.side_memory * hand.sided
+        sided = before + certainty(points.presence)
+        right = (before * hand.right + certainty(points.presence) * points.right) / sided
+        return _seen(hand.identity, points, square, right, age, sided)
+
+    def _search(self, color: ColorImage, part: HandSquare | None) -> None:
+        """Look for palms in the whole image or a part of it, and at the hands around them."""
+        whole, *parts = search_views(color.shape[1], color.shape[0])
+        views = [whole, *parts] if part is None else [whole, part]
         view = views[self._searches % len(views)]
         self._searches += 1
         for palm in self._palms.find(color, view, self._config.least_palm):
-            if len(self._hands) >= self._config.hands:
-                break
-            near = self._config.same_palm
-            if any(_distance(palm.square, hand.square) < near for hand in self._hands):
-                continue
-            seen = self._read(color, palm.square)
-            if seen is not None:  # once more, from where the key points themselves are
-                seen = self._read(color, seen[0])
-            if seen is None or any(self._same(seen[1], hand) for hand in self._hands):
-                continue
+            self._take(color, palm.square)
+
+    def _take(self, color: ColorImage, square: HandSquare) -> None:
+        """Add the hand in a square unless there is none or it is one of the known ones."""
+        near = self._config.same_palm
+        if len(self._hands) >= self._config.hands or any(
+            _distance(square, hand.square) < near for hand in self._hands
+        ):
+            return
+        seen = self._read_twice(color, square)
+        if seen is not None and not any(self._same(seen[1], hand) for hand in self._hands):
             self._hands = (*self._hands, self._named(*seen))
+
+    def _read_twice(
+        self, color: ColorImage, square: HandSquare
+    ) -> tuple[HandSquare, KeyPoints] | None:
+        """Return what is read in a square, once more from where the key points themselves are."""
+        seen = self._read(color, square)
+        return None if seen is None else self._read(color, seen[0])
+
+    def _challenge(self, color: ColorImage, square: HandSquare) -> bool:
+        """Read a hand anew in another square near it; return whether there is one.
+
+        Key points that once slipped to the wrist, or shrank where the image cut the hand off, stay
+        so; of two readings the one with more presence that reaches farther is the better one.
+        """
+        for row, hand in enumerate(self._hands):
+            if _distance(square, hand.square) > _CHALLENGED:
+                continue
+            seen = None if _alike(square, hand.square) else self._read_twice(color, square)
+            if seen is None or self._same(seen[1], hand):
+                return True
+            if _merit(seen[1], square) > _merit(hand, square) + _CLEARLY:
+                hands = list(self._hands)
+                hands[row] = self._again(hand, *seen, hand.age)
+                self._hands = tuple(hands)
+            return True
+        return False
 
     def _named(self, square: HandSquare, points: KeyPoints) -> SeenHand:
         """Return a found hand with the number of the one lost there, else with a new one."""
@@ -148,12 +221,10 @@ class HandReader:
         for one in sorted(recent, key=lambda one: _distance(one[0].square, square)):
             if _distance(one[0].square, square) < self._config.again:
                 self._lost = [other for other in recent if other is not one]
-                hand = _seen(one[0].identity, points, square, points.right, 0)
-                # a hand's side does not change while it is hidden, but another hand may be here now
-                return replace(hand, right=0.5 * (one[0].right + points.right))
+                return self._again(one[0], square, points, 0)
         self._lost = recent
         self._next += 1
-        return _seen(self._next - 1, points, square, points.right, 0)
+        return _seen(self._next - 1, points, square, points.right, 0, certainty(points.presence))
 
     def _read(self, color: ColorImage, square: HandSquare) -> tuple[HandSquare, KeyPoints] | None:
         """Return the square of the key points read in a square, and them; None without a hand."""
@@ -178,5 +249,22 @@ def _distance(one: HandSquare, other: HandSquare) -> float:
     return float(np.linalg.norm(one.center - other.center)) / max(one.side, other.side)
 
 
-def _seen(identity: int, points: KeyPoints, square: HandSquare, right: float, age: int) -> SeenHand:
-    return SeenHand(identity, points.pixels, points.shape, points.presence, right, square, age)
+def _alike(one: HandSquare, other: HandSquare) -> bool:
+    """Return whether the same would be read in two squares."""
+    turned = abs(math.remainder(one.turn - other.turn, 2.0 * math.pi))
+    scaled = abs(math.log(one.side / other.side))
+    return _distance(one, other) < 0.1 and turned < 0.5 and scaled < 0.2
+
+
+def _merit(points: KeyPoints | SeenHand, square: HandSquare) -> float:
+    """Return the presence of key points less how far they end from the upper end of a square."""
+    tip = square.center + (0.5 - END_MARGIN) * square.side * square.rotation @ [0.0, -1.0]
+    apart = float(np.linalg.norm(points.pixels - tip, axis=1).min()) / square.side
+    return points.presence - _REACH_WORTH * apart
+
+
+def _seen(
+    identity: int, points: KeyPoints, square: HandSquare, right: float, age: int, sided: float
+) -> SeenHand:
+    presence = points.presence
+    return SeenHand(identity, points.pixels, points.shape, presence, right, square, age, sided)

@@ -17,6 +17,8 @@ _SHRINK = 2.0
 """A crop that skips more pixels than this averages them first: far hands must not flicker."""
 _PART, _STRIDE = 0.6, 0.75
 """Side of a part that is searched [longer sides of the image], step to the next [its sides]."""
+END_MARGIN = 0.15
+"""Above fingertips in a square around an arm's end [its sides]."""
 _LEAST_PART = 120.0
 """Parts are not searched in images so small that they would be blown up [pixels]."""
 

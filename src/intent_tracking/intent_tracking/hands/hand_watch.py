@@ -1,8 +1,9 @@
 """The networks' view of the hand that is followed: when they are asked, and which hand it is.
 
 A person has two hands, a bystander others. The one that acts is followed: it has moved from where
-it was first seen. Until one has, one that arrives while others rest is looked at, else the one
-nearest to the objects.
+it was first seen, or has come in front of what stands still. Until one has, one that arrives while
+others rest is looked at, else the one nearest to the objects; but while something else moves, no
+hand at rest is the one that acts.
 """
 
 from dataclasses import dataclass
@@ -11,11 +12,13 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import RgbdFrame
-from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig
-from intent_tracking.hands.key_point_start import KeyPointConfig
-from intent_tracking.hands.key_points import key_evidence
+from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig, Hints
+from intent_tracking.hands.hand_square import HandSquare, square_of_key_points
+from intent_tracking.hands.key_point_start import KeyPointConfig, key_evidence
+from intent_tracking.hands.moving_arm import ends_of, view_of
 from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.image.frame_evidence import NO_KEYS, KeyEvidence
+from intent_tracking.image.moving_depth import MovingDepth, MovingThing
 from intent_tracking.scene.hand_model import SIDES, Side
 
 MISSED = 2
@@ -38,6 +41,16 @@ _FIRST_LOOKS = 6
 """A hand that is first seen later than this has come from somewhere: it may be about to act."""
 _GLANCE = 6
 """Looks between two at all hands while one acts."""
+_MOVES = 0.25
+"""A hand acts if something has come nearer at this share of its key points: fingers are thin."""
+_OWN_ARM = 0.75
+"""What moves this near to the middle of a hand may be its own arm [sides of its square]."""
+_ARM_AREA = 0.002
+"""Visible surface of a thing that moves from which it may be an arm with a hand [m^2]."""
+_SECOND = 4
+"""Looks between two at a hand in doubt where an arm ends and where the fit is."""
+_REGIONS = 3
+"""Most places in a frame that are looked at for a missed hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +59,8 @@ class Expectation:
 
     middle: Array | None = None
     """(2,) middle of the followed palm in the image [pixels]; None: none is followed."""
+    joints: Array | None = None
+    """(21, 2) its joints [pixels]."""
     settled: bool = False
     """Fit and networks agree, so that not every frame must be read."""
     objects: Array | None = None
@@ -88,6 +103,19 @@ class HandWatch:
         self._arrived: set[int] = set()
         self._paths: dict[int, tuple[Array, Array, Array]] = {}
         self._skipped = self._looks = 0
+        self._motion = MovingDepth()
+        self._things: list[MovingThing] = []
+        self._shares: dict[int, float] = {}
+        self._leader_acts = self._doubted = False
+        self.resting = False
+        """Whether the followed hand has done nothing yet while something else moves."""
+
+    def rests(self, pixels: Array) -> bool:
+        """Return whether something moves, but not a hand with joints (21, 2) in the image."""
+        if not self._things or self._motion.share(pixels) > _MOVES:
+            return False
+        around = square_of_key_points(pixels)
+        return all(_beside(thing, around) for thing in self._things)
 
     @property
     def seen(self) -> SeenHand | None:
@@ -101,9 +129,15 @@ class HandWatch:
     def look(self, frame: RgbdFrame, expectation: Expectation) -> None:
         """Look for the hand in the next frame."""
         self.hand = self.elsewhere = None
-        if self._reader is not None and not self._may_skip(expectation):
-            hands = self._read(self._reader, frame)
-            self._look([hand for hand in hands if _has_depth(hand, frame)], expectation)
+        if self._reader is not None:
+            self._motion.note(frame)
+        reader = self._reader
+        self._doubted = not expectation.settled
+        if reader is not None and not self._may_skip(expectation):
+            self._things = self._motion.things() if self._searches() else []
+            hands = self._read(reader, frame, expectation)
+            self._look(self._real(reader, hands, frame), expectation)
+            self._note_rest(expectation)
         seen = self.seen
         self._keys = {}
         if seen is not None:
@@ -137,28 +171,75 @@ class HandWatch:
         self.elsewhere = chosen
         self.missed += MISSED if chosen.identity in self._acted | self._arrived else 1
 
-    def _read(self, reader: HandReader, frame: RgbdFrame) -> tuple[SeenHand, ...]:
+    def _real(
+        self, reader: HandReader, hands: tuple[SeenHand, ...], frame: RgbdFrame
+    ) -> list[SeenHand]:
+        """Return the hands that are where there is something: neither pictures nor shadows.
+
+        Key points sometimes slip from a hand to its shadow, where nothing is in front of the table.
+        """
+        real = []
+        for hand in hands:
+            before = self._shares.get(hand.identity, 0.0)
+            share = self._motion.share(hand.pixels)
+            self._shares[hand.identity] = share
+            if before > 2.0 * _MOVES and share < 0.5 * _MOVES:
+                reader.forget(hand.identity)
+            elif _has_depth(hand, frame):
+                real.append(hand)
+        return real
+
+    def _searches(self) -> bool:
+        """Return whether the hand that acts is unknown, missed or in doubt."""
+        unknown = self._identity not in self._acted or self.missed > 0
+        return unknown or (self._doubted and self._looks % _SECOND == 0)
+
+    def _read(
+        self, reader: HandReader, frame: RgbdFrame, expectation: Expectation
+    ) -> tuple[SeenHand, ...]:
         """Return the hands of a frame; only the one that acts where that will do.
 
-        Others are searched in every look while none acts or the one that does is missed.
+        While it is unknown or missed it is looked for where something moves, and where the fit is.
         """
-        acts = self._identity in self._acted
-        if acts and self.missed == 0 and self._looks % _GLANCE:
-            return reader.read(frame.color, only=self._identity)
-        return reader.read(frame.color, search=not acts or self.missed > 0)
+        if not self._searches():
+            every = self._looks % _GLANCE == 0
+            return reader.read(frame.color, only=None if every else self._identity)
+        regions: list[HandSquare] = []
+        if expectation.joints is not None and self.missed > 0:
+            regions.append(square_of_key_points(expectation.joints))
+        arms = [thing for thing in self._things if thing.area > _ARM_AREA]
+        regions += [end for arm in arms for end in ends_of(arm, frame.camera)]
+        view = view_of(arms[0], frame.camera) if arms else None
+        hints = Hints(tuple(regions[:_REGIONS]), view)
+        turn = not regions or self._looks % 2 == 0  # both sources in every frame take too long
+        return reader.read(frame.color, search=self.missed > 0 and turn, hints=hints)
+
+    def _note_rest(self, expectation: Expectation) -> None:
+        """Take note of whether the followed hand rests while something else moves."""
+        joints = expectation.joints
+        if joints is None:
+            self._leader_acts = self.resting = False
+            return
+        acts = self.hand is not None and self.hand.identity in self._acted
+        self._leader_acts |= acts or self._motion.share(joints) > _MOVES
+        self.resting = not self._leader_acts and self.rests(joints)
 
     def _note_motion(self, hand: SeenHand) -> None:
         """Take note of whether a hand has left its resting place."""
         middle, side = _middle(hand), hand.square.side
         rest, before, step = self._paths.setdefault(hand.identity, (middle, middle, 0.0 * middle))
         new = (middle - before) / side
+        moves = self._motion.share(hand.pixels) > _MOVES
         strides = min(float(np.linalg.norm(new)), float(np.linalg.norm(step))) > _STRIDE
-        if np.linalg.norm(middle - rest) > _ACTS * side or (strides and new @ step > 0.0):
+        left = float(np.linalg.norm(middle - rest)) > _ACTS * side
+        if left or moves or (strides and new @ step > 0.0):
             self._acted.add(hand.identity)
         self._paths[hand.identity] = rest + _DRIFT * (middle - rest), middle, new
 
     def _chosen(self, hands: list[SeenHand], expectation: Expectation) -> SeenHand | None:
         """Return the hand to follow; None where it is not seen."""
+        if self._things:  # something moves: no hand at rest is what acts
+            hands = [h for h in hands if h.identity in self._acted or not self.rests(h.pixels)]
         same = [hand for hand in hands if hand.identity == self._identity]
         if expectation.middle is not None:
             near = [hand for hand in hands if at_place(hand, expectation.middle)]
@@ -182,6 +263,12 @@ def _has_depth(hand: SeenHand, frame: RgbdFrame) -> bool:
     columns, rows = np.rint(hand.pixels).astype(np.int64).T
     inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
     return int((frame.depth[rows[inside], columns[inside]] > 0.0).sum()) >= _LEAST_MEASURED
+
+
+def _beside(thing: MovingThing, square: HandSquare) -> bool:
+    """Return whether a thing lies outside a square: an arm that moves is its own hand's."""
+    offset = np.abs(thing.pixels - square.center).max(axis=1)
+    return bool(np.all(offset > _OWN_ARM * square.side))
 
 
 def at_place(hand: SeenHand, pixel: Array) -> bool:

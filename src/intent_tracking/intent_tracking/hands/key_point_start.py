@@ -22,7 +22,7 @@ from intent_perception.basics.arrays import Array
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_tracking.hands.key_point_kernel import KeyPointTarget, KeyPointWeights, fit_key_points
-from intent_tracking.hands.seen_hand import PALM, SeenHand
+from intent_tracking.hands.seen_hand import PALM, SeenHand, certainty
 from intent_tracking.hands.skin_depth import (
     BONES,
     measured_depth,
@@ -30,6 +30,7 @@ from intent_tracking.hands.skin_depth import (
     skin_depth,
     with_bones,
 )
+from intent_tracking.image.frame_evidence import KeyEvidence
 from intent_tracking.scene.body_state import BodyState, orthonormal
 from intent_tracking.scene.hand_kernel import HandArrays
 from intent_tracking.scene.hand_model import FITTED_LIMITS, HandModel, Side
@@ -166,6 +167,21 @@ def key_point_trust(pixels: Array, config: KeyPointConfig) -> Array:
     trust[0] = config.wrist_trust
     trust[1:5] = config.thumb_trust if clear else config.hidden_thumb_trust
     return trust
+
+
+def key_evidence(seen: SeenHand, camera: Camera, side: Side, config: KeyPointConfig) -> KeyEvidence:
+    """Return what a seen hand says about a hand of a side.
+
+    A key point's weight is its own trust, less where the network is in doubt about the hand: it
+    reads those well of which it is sure, and others anyhow.
+    """
+    rays = lines_of_sight(camera, seen.pixels)[:, :2]
+    weights = certainty(seen.presence) * key_point_trust(seen.pixels, config)
+    return KeyEvidence(
+        rays.astype(np.float32),
+        weights.astype(np.float32),
+        key_point_offsets(side).astype(np.float32),
+    )
 
 
 def _start(

@@ -34,7 +34,7 @@ def palm_pixel(camera: Camera, joints: Floats) -> Array:
     return middle
 
 
-def pixels_of(camera: Camera, points: Array) -> Array:
+def pixels_of(camera: Camera, points: Array | Floats) -> Array:
     """Return where points (n, 3) of the camera's frame are seen (n, 2) [pixels]."""
     in_front = np.column_stack([points[:, :2], np.maximum(points[:, 2], 0.05)])
     return camera.project(in_front)

@@ -2,6 +2,7 @@
 
 from intent_tracking.hands.hand_watch import GONE, HandWatch
 from intent_tracking.scene.body_state import BodyState
+from intent_tracking.scene.hand_model import Side
 from intent_tracking.tracker.hypothesis import Hypothesis, unusual_roll
 from intent_tracking.tracker.problem import Surroundings
 from intent_tracking.tracker.scene_track import SceneTrack
@@ -17,6 +18,8 @@ _SURE, _SURE_AGE = 0.8, 4
 """Probability of the other side, and frames since a hand is seen, from which a side is doubted."""
 _EXPLAINED = 0.15
 """Cost of a fit from which on down depth explains the hand."""
+_LEAST_LIKELY = 0.3
+"""Probability of its side with which an old hypothesis keeps it."""
 _THIN = 3
 """Frames in a row with hardly a hand pixel after which there is no hand."""
 
@@ -69,6 +72,15 @@ class HypothesisJudge:
         agreed = hypothesis.gap is not None and hypothesis.gap < self._config.contradiction
         return agreed and self._watch.hand is not None
 
+    def telling_cost(self, hypothesis: Hypothesis) -> float:
+        """Return the cost below which a fit tells the hand's shape.
+
+        A wrong shape costs as well: a hand that the networks see just there need not fit so well.
+        """
+        agreed = hypothesis.gap is not None and hypothesis.gap < self._config.agreement
+        seen = agreed and self._watch.hand is not None
+        return self._config.lost_cost if seen else self._config.good_cost
+
     def settled(self, hypothesis: Hypothesis) -> bool:
         """Return whether fit and networks agree so well that not every frame must be read.
 
@@ -82,7 +94,9 @@ class HypothesisJudge:
         return old and agreed and hypothesis.mean_cost < self._config.doubt_cost
 
     def lost(self, hypothesis: Hypothesis) -> bool:
-        """Return whether a hypothesis follows no hand any more."""
+        """Return whether a hypothesis follows no hand any more, or none that acts."""
+        if self._watch.resting:
+            return True
         unseen = self._watch.ever and self._watch.missed >= GONE
         limit = self._config.good_cost if unseen else self._config.lost_cost
         poor = hypothesis.thin >= _THIN or hypothesis.mean_cost > limit
@@ -106,3 +120,12 @@ class HypothesisJudge:
         seen = self._watch.seen
         old = seen is not None and seen.age > _SURE_AGE
         return old and self._likely_side(hypothesis) < 1.0 - _SURE
+
+    def open_to(self, hypothesis: Hypothesis, side: Side) -> bool:
+        """Return whether a hand of a side may take over.
+
+        An old hypothesis keeps its side unless the networks name the other one.
+        """
+        if side == hypothesis.track.hand.side or hypothesis.age <= self._config.decision_frames:
+            return True
+        return self._likely_side(hypothesis) < _LEAST_LIKELY

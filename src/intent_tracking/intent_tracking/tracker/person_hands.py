@@ -18,6 +18,8 @@ from intent_tracking.tracker.scene_track import SceneTrack
 
 _KNOWN_SIZE = 0.01
 """Spread of the log of a calibrated hand's size."""
+_SURE = 0.9
+"""Presence from which a hand tells its size."""
 
 
 class PersonHands:
@@ -70,6 +72,8 @@ class PersonHands:
 
 
 def _whole(seen: SeenHand, frame: RgbdFrame) -> bool:
-    """Return whether all key points lie in the image: a hand cut off tells no size."""
+    """Return whether a hand is surely seen with all key points: one cut off tells no size."""
     height, width = frame.depth.shape
-    return bool(np.all((seen.pixels > 0.0) & (seen.pixels < [width, height])))
+    return seen.presence > _SURE and bool(
+        np.all((seen.pixels > 0.0) & (seen.pixels < [width, height]))
+    )

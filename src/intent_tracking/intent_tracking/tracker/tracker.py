@@ -206,9 +206,10 @@ class Tracker:
         objects = pixels_of(frame.camera, np.reshape(centers, (-1, 3)))
         expectation = Expectation(objects=objects)
         if leader is not None:
-            middle = palm_pixel(frame.camera, leader.track.joints(leader.track.predict()))
+            joints = leader.track.joints(leader.track.predict())
+            middle, seen = palm_pixel(frame.camera, joints), pixels_of(frame.camera, joints)
             settled = len(self._hypotheses) == 1 and self._judge.settled(leader)
-            expectation = Expectation(middle, settled, objects)
+            expectation = Expectation(middle, seen, settled, objects)
         self._watch.look(frame, expectation)
 
     def _follow(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
@@ -242,11 +243,12 @@ class Tracker:
     def _learn_shape(self, hypothesis: Hypothesis, problem: Problem, frame: RgbdFrame) -> None:
         """Let key points of a young hand and well-fitted frames of an older one tell its shape."""
         track, seen = hypothesis.track, self._watch.hand
-        if seen is not None and self._judge.supported(hypothesis):
+        poor = hypothesis.mean_cost > self.config.good_cost  # else depth knows the size better
+        if seen is not None and poor and self._judge.supported(hypothesis):
             self._person.size(track, seen, frame)
         if len(self._hypotheses) > 1 or hypothesis.age < self.config.shape.first:
             return
-        if max(hypothesis.mean_cost, track.cost) < self.config.good_cost:
+        if max(hypothesis.mean_cost, track.cost) < self._judge.telling_cost(hypothesis):
             self._person.calibrate(track, problem)
 
     def _note(self, hypothesis: Hypothesis, problem: Problem, fit: Fit) -> None:
@@ -341,7 +343,9 @@ class Tracker:
             state = self._still_life.track.state.replaced([], candidate.state)
             hypothesis = self._hypothesis(side, state, cost)
             place = palm_pixel(frame.camera, hypothesis.track.joints(state))
-            if any(at_place(hand, place) for hand in self._watch.idle):
+            joints = pixels_of(frame.camera, hypothesis.track.joints(state))
+            idle = any(at_place(hand, place) for hand in self._watch.idle)
+            if idle or self._watch.rests(joints):
                 continue
             astray = GAP_COST * (hypothesis.gap or 0.0)
             if candidate.cost + astray < limit and cost < found[0].cost + _WORTH_A_TRIAL:
@@ -352,6 +356,8 @@ class Tracker:
         """Replace the leading hypothesis if another start explains the frame better."""
         leader = self._hypotheses[0]
         for start in self._rival_starts(leader, frame):
+            if not self._judge.open_to(leader, start.side):
+                continue
             rival = self._rival(leader, start.side, start.state, frame)
             lead = self._judge.odd(leader) - self._judge.odd(rival)
             if self._watch.hand is not None:

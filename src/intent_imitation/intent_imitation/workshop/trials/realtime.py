@@ -44,8 +44,8 @@ class BagOutcome:
 
     def objects_after(self) -> list[float]:
         """Return the time from the first frame to the first objects [s]."""
-        first = self.stamps[0]
-        start = min((when - (t - first) * 1e-9 for t, when in self.heard.frames.items()), default=0.0)
+        first, frames = self.stamps[0], self.heard.frames.items()
+        start = min((when - (stamp - first) * 1e-9 for stamp, when in frames), default=0.0)
         came = [when for stamp, when in self.heard.objects if stamp in self.stamps]
         return [min(came) - start] if came else []
 
