@@ -9,7 +9,7 @@ from tests.support.harness import CAMERA_FRAME, Graph, Probe, ros_arguments
 from tf2_msgs.msg import TFMessage
 
 from intent_perception.objects.database import ObjectDatabase
-from intent_perception.ros.recognizer_node import calibration
+from intent_perception.scene.camera_calibration import read_calibration
 from intent_perception.workshop.scenes.table_scenes import tabletop_scene
 
 pytestmark = pytest.mark.slow
@@ -31,7 +31,7 @@ def test_the_plane_of_the_table_goes_to_tf_and_to_a_file(
     assert probe.until(lambda: bool(probe.heard["/tf_static"]))
     transform = probe.heard["/tf_static"][0].transforms[0]
     assert (transform.header.frame_id, transform.child_frame_id) == ("table", CAMERA_FRAME)
-    found = calibration(str(file))
+    found = read_calibration(str(file))
     assert json.loads(file.read_text())["source"] == "table"
     # The origin and the turn about the normal are the user's to choose: height and tilt are not.
     assert found[2, 3] == pytest.approx(scene.T_table_camera[2, 3], abs=0.004)

@@ -7,13 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from tests.support.harness import SECOND, Graph, Probe
 
 from intent_perception.bags.bag_files import BagWriter
 from intent_perception.bags.frame_assembly import stamp_of
 from intent_perception.geometry.camera import Camera, RgbdFrame
+from intent_perception.ros.node import LATCHED
 
 COLOR, INFO = "/rgb/image_rect_color", "/rgb/camera_info"
 COUNT, PERIOD = 4, SECOND // 10
@@ -46,7 +48,7 @@ def stamps(probe: Probe, topic: str = COLOR) -> list[int]:
 def listening(probe: Probe) -> Probe:
     """A probe that hears colour and camera_info."""
     probe.listen(Image, COLOR, 10)
-    probe.listen(Image, "/depth_registered/image_rect/compressedDepth", 10)
+    probe.listen(CompressedImage, "/depth_registered/image_rect/compressedDepth", 10)
     probe.listen(CameraInfo, INFO, 10)
     return probe
 
@@ -91,3 +93,22 @@ def test_a_paused_player_waits_for_resume(bag: Path, graph: Graph, listening: Pr
     assert not stamps(listening)
     resume.call_async(Trigger.Request())
     assert listening.until(lambda: stamps(listening) == STAMPS)
+
+
+def test_where_nobody_listens_nothing_is_played_and_the_remedy_is_named(
+    bag: Path, graph: Graph, probe: Probe
+) -> None:
+    name = play(graph, bag, "--wait", "1")
+    assert probe.until(lambda: not graph.alive(name))
+    assert graph.wait(name) != 0
+    assert "start the nodes first" in graph.log(name)
+
+
+def test_a_node_that_is_not_ready_is_waited_for(bag: Path, graph: Graph, listening: Probe) -> None:
+    ready = listening.create_publisher(Header, "/tracker/ready", LATCHED)
+    name = play(graph, bag, "--await", "tracker", "--timeout", "3")
+    listening.until(lambda: False, timeout=3.0)
+    assert stamps(listening) == []
+    ready.publish(Header())
+    assert listening.until(lambda: not graph.alive(name))
+    assert stamps(listening) == STAMPS
