@@ -70,7 +70,7 @@ class ShareConfig(Checked):
 
     niceness: int = 5
     """How far this node stands back for the tracker, which must keep up with the camera, 0..19."""
-    budget: float = 5.0
+    budget: float = 6.0
     """CPU time that it may take for each frame of a camera of 30 Hz [ms]; diagnostics warn when
     it takes more over ten seconds; 0.1..1000."""
 
