@@ -2,13 +2,14 @@
 
 import gc
 import os
+import signal
 import sys
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NoReturn
 
 import cv2
 import rclpy
@@ -21,6 +22,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
@@ -432,6 +434,11 @@ def _checked(messages: FrameMessages) -> RgbdFrame:
     return frame
 
 
+def _leave(number: int, _: Any) -> NoReturn:
+    """End at once: while a node is set up there is nothing to put in order."""
+    os._exit(128 + number)
+
+
 def run(kind: Callable[[], IntentNode]) -> None:
     """Run a node until Ctrl-C; a wrong parameter or file ends it with one sentence.
 
@@ -439,17 +446,24 @@ def run(kind: Callable[[], IntentNode]) -> None:
     """
     cv2.setNumThreads(1)  # five nodes share the cores; more threads only wait for each other
     threadpool_limits(1)
-    rclpy.init()
+    usual = {number: signal.signal(number, _leave) for number in (signal.SIGINT, signal.SIGTERM)}
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = kind()
         gc.freeze()  # what has been loaded stays; looking through it would hold up a frame
+        for number, handler in usual.items():
+            signal.signal(number, handler)
+        install_signal_handlers()
         if "--rehearse" not in sys.argv:
             node.announce()
             rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
     except ValueError as error:
         rclpy.logging.get_logger("intent").fatal(str(error))
         raise SystemExit(1) from None
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
+    except Exception:
+        if rclpy.ok():  # otherwise a signal has ended it, and what it was about to say is void
+            raise
     finally:
         rclpy.try_shutdown()
