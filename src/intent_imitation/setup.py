@@ -32,8 +32,8 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "imitation = intent_imitation.ros.imitation_node:main",
-            "demo = intent_imitation.ros.demo_node:main",
+            "imitation = intent_imitation.ros.imitation_nodes:imitation",
+            "demo = intent_imitation.ros.imitation_nodes:demo",
         ],
     },
 )

@@ -32,7 +32,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "inference = intent_inference.ros.inference_node:main",
+            "inference = intent_inference.ros.inference_nodes:inference",
         ],
     },
 )

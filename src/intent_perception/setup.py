@@ -32,9 +32,9 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "recognizer = intent_perception.ros.recognizer_node:main",
-            "calibrate = intent_perception.ros.calibrate_node:main",
-            "replay = intent_perception.ros.replay_node:main",
+            "recognizer = intent_perception.ros.perception_nodes:recognizer",
+            "calibrate = intent_perception.ros.perception_nodes:calibrate",
+            "replay = intent_perception.ros.perception_nodes:replay",
         ],
     },
 )

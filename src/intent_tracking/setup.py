@@ -32,9 +32,9 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "tracker = intent_tracking.ros.tracker_node:main",
+            "tracker = intent_tracking.ros.tracking_nodes:tracker",
             "fetch_hand_networks = intent_tracking.hands.fetch_networks_command:main",
-            "grasp_detector = intent_tracking.ros.grasp_detector_node:main",
+            "grasp_detector = intent_tracking.ros.tracking_nodes:grasp_detector",
         ],
     },
 )

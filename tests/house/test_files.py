@@ -35,6 +35,7 @@ OTHERS = {
     "campaign": {".read_bytes"},
     # What the kernel tells of a process is no file with a size.
     "realtime_probe_node": {".read_text"},
+    "live_messages": {".read_text"},
 }
 OWN_DATA = {"np.load", "cv2.imread", ".read_text"}
 """Workshops read what the project itself has made."""

@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from tests.support.harness import SECOND, Graph, Probe, ros_arguments
 
+from intent_perception.bags.frame_assembly import stamp_of
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.ros.convert import objects_from_msg
@@ -93,6 +94,23 @@ def test_after_a_jump_back_of_the_clock_the_node_answers_again(probe: Probe) -> 
     assert probe.until(lambda: answered(probe))
     probe.send(scene())
     assert probe.until(lambda: sum(m.complete for m in probe.heard["/intent/objects"]) == 2)
+
+
+@pytest.mark.usefixtures("node")
+def test_two_cameras_of_two_clocks_cost_one_warning_and_the_newer_is_followed(
+    probe: Probe,
+) -> None:
+    for index in range(6):
+        probe.send(later(300_000 + 10 * index))
+        probe.send(later(index))
+        probe.until(lambda: False, timeout=0.2)
+    newest = later(300_000 + 50).stamp
+    assert probe.until(lambda: bool(probe.warnings))
+    (warning,) = probe.warnings
+    assert "images of two clocks come on /" in warning
+    assert "(1 publishers)" in warning
+    stamps = [stamp_of(message) for message in probe.heard["/intent/objects"]]
+    assert newest >= stamps[-1] >= later(300_000).stamp
 
 
 def test_a_wrong_parameter_ends_the_node_with_one_sentence(graph: Graph) -> None:

@@ -95,3 +95,52 @@ def test_a_depth_image_of_the_wrong_size_is_named_and_the_next_frame_is_good() -
         bad.decoded()
     synchroniser.add_color(color(10**9 + PERIOD))
     assert synchroniser.add_depth(depth(10**9 + PERIOD)) is not None
+
+
+def stamps_out(synchroniser: FrameSynchroniser, stamps: list[int]) -> list[int]:
+    """Return the stamps of the frames that colour and depth of these stamps make."""
+    found = []
+    for stamp in stamps:
+        synchroniser.add_color(color(stamp))
+        frame = synchroniser.add_depth(depth(stamp))
+        found += [frame.stamp] if frame is not None else []
+    return found
+
+
+def test_of_two_senders_the_one_with_the_older_clock_is_left_out() -> None:
+    synchroniser = ready()
+    camera = [10**12 + k * PERIOD for k in range(200)]
+    stranger = [10**9 + k * PERIOD for k in range(200)]
+    both = [stamp for pair in zip(camera, stranger, strict=True) for stamp in pair]
+    assert stamps_out(synchroniser, both) == [camera[0], stranger[0], *camera[1:]]
+    assert synchroniser.jumps == 1
+    assert synchroniser.two_senders
+    assert synchroniser.foreign == 2 * 199
+
+
+def test_a_camera_info_of_the_older_clock_is_left_out_too() -> None:
+    synchroniser = ready()
+    stamps_out(synchroniser, [10**12, 10**9, 10**12 + PERIOD])
+    strange = info()
+    strange.k[0] = 9.0
+    synchroniser.add_info(strange)
+    synchroniser.add_color(color(10**12 + 2 * PERIOD))
+    frame = synchroniser.add_depth(depth(10**12 + 2 * PERIOD))
+    assert frame is not None
+    assert frame.info.k[0] == 5.0
+
+
+def test_when_the_newer_of_two_senders_ends_the_older_is_heard() -> None:
+    synchroniser = ready()
+    stamps_out(synchroniser, [10**12, 10**9, 10**12 + PERIOD])
+    rest = [10**9 + k * PERIOD for k in range(1, 200)]
+    heard = stamps_out(synchroniser, rest)
+    assert len(heard) > 150
+    assert heard[-1] == rest[-1]
+
+
+def test_a_short_recording_in_a_loop_loses_nothing() -> None:
+    synchroniser = ready()
+    once = [10**12 + k * PERIOD for k in range(20)]
+    assert stamps_out(synchroniser, once * 20) == once * 20
+    assert synchroniser.foreign == 0

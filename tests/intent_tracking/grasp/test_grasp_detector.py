@@ -124,3 +124,13 @@ def test_the_scene_helper_is_consistent():
     scene = state(0, 1.0)
     relative = inverse(scene.T_table_objects[0]) @ scene.T_table_hand
     np.testing.assert_allclose(relative, T_OBJECT_HAND, atol=1e-9)
+
+
+@pytest.mark.parametrize("odd", [0, 10**6], ids=["long ago", "far in the future"])
+@pytest.mark.parametrize("place", [10, 30, 33])
+def test_one_odd_stamp_does_not_lose_a_grasp_in_progress(database, odd, place):
+    states = reach_and_hold(1000)
+    states.insert(place, state(odd, 1.0))
+    found = grasps(database, states)
+    assert len(found) == 1
+    assert 1026 * FRAME <= found[0].stamp <= 1045 * FRAME

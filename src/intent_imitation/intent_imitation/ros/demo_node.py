@@ -2,6 +2,7 @@
 
 import sys
 import time
+from functools import partial
 from typing import Any
 
 import rclpy
@@ -25,7 +26,7 @@ from intent_imitation.ros.convert import plan_from_msg
 from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.bags.frame_assembly import stamp_of
 from intent_perception.ros.convert import objects_from_msg
-from intent_perception.ros.node import LATCHED, RESULTS
+from intent_perception.ros.node import LATCHED, RESULTS, guarded
 from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
 
 
@@ -47,9 +48,9 @@ class DemoNode(Node):
         self._hear(msgs.GraspPlan, "/intent/grasp_plan", plan_from_msg, got.plans)
         self.create_subscription(CameraInfo, "/rgb/camera_info", self._on_info, 10)
         for name in ("tracker", *FOLLOWERS):
-            self.create_subscription(
-                Header, f"/{name}/processed", lambda m, name=name: self._on_done(name, m), LATCHED
-            )
+            topic = f"/{name}/processed"
+            done = guarded(self, topic, partial(self._on_done, name))
+            self.create_subscription(Header, topic, done, LATCHED)
 
     def waiting(self) -> bool:
         """Return whether more is to come; ValueError once nothing has come for too long."""
@@ -60,11 +61,7 @@ class DemoNode(Node):
 
     def _hear(self, kind: Any, topic: str, convert: Any, into: Any, qos: Any = LATCHED) -> None:
         def note(message: Any) -> None:
-            try:
-                into.append(convert(message))
-            except ValueError as error:
-                self.get_logger().warning(f"left out one message on {topic}: {error}")
-                return
+            into.append(convert(message))
             now = time.monotonic()
             self.progress.note(now)
             if len(self.collected.plans) <= 1 and (
@@ -72,7 +69,7 @@ class DemoNode(Node):
             ):
                 self.collected.planned = now
 
-        self.create_subscription(kind, topic, note, qos)
+        self.create_subscription(kind, topic, guarded(self, topic, note), qos)
 
     def _on_info(self, _: Any) -> None:
         if self.collected.started is None:

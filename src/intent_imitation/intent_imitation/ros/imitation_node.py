@@ -11,6 +11,7 @@ from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.ros.convert import TABLE_FRAME, objects_from_msg
 from intent_perception.ros.node import (
     LATCHED,
+    LATEST,
     IntentNode,
     ShareConfig,
     declared,
@@ -20,16 +21,20 @@ from intent_perception.ros.node import (
 
 
 class ImitationNode(IntentNode):
-    """Plans once a task is concluded and the robot's table is known, whichever comes first."""
+    """Plans once a task is concluded and the robot's table is known, whichever comes first.
+
+    A task that was concluded before this node was started is not planned for again; the table, as
+    it was recognised last, holds all the same.
+    """
 
     def __init__(self) -> None:
         super().__init__("imitation", ShareConfig(niceness=5))
         self._planner = GraspPlanner(declared_database(self), declared(self, PlannerConfig()))
         self._planner.rehearse()
         self.reset()
-        self._publisher = self.create_publisher(msgs.GraspPlan, "intent/grasp_plan", LATCHED)
+        self._publisher = self.create_publisher(msgs.GraspPlan, "intent/grasp_plan", LATEST)
         self.listen(msgs.RecognizedObjects, "~/robot_objects", self._on_objects, LATCHED)
-        self.listen(msgs.TaskPosterior, "intent/task_posterior", self._on_posterior, LATCHED)
+        self.listen_for_news(msgs.TaskPosterior, "intent/task_posterior", self._on_posterior)
 
     def reset(self) -> None:
         """Forget the task that waits for a table."""

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import rclpy
 from ament_index_python import get_package_prefix
@@ -68,10 +68,17 @@ class Heard:
 class RealtimeProbe(Node):
     """Listens to all that the five nodes publish."""
 
-    def __init__(self, pids: dict[str, int]) -> None:
+    def __init__(self, pids: dict[str, int], start: Callable[[str], int]) -> None:
+        """Listen.
+
+        Args:
+            pids: of the running nodes.
+            start: starts a node of this name once more and returns its pid.
+        """
         super().__init__("realtime_probe")
-        self._pids, self._ready = pids, set[str]()
+        self._pids, self._start, self._ready = pids, start, set[str]()
         self.heard = Heard()
+        self._moment, self._action = -1, cast(Callable[[], None] | None, None)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         hear = self.create_subscription
@@ -90,9 +97,27 @@ class RealtimeProbe(Node):
         self._until(lambda: len(self._ready) == len(NODES), "not all nodes are ready")
         return time.monotonic() - start
 
-    def play(self, bag: Path) -> Heard:
-        """Play a bag at its own rate and return what the graph says about it."""
-        self.heard = Heard()
+    def restart(self, name: str) -> None:
+        """Kill a node, which gets no chance to say good-bye, and start it again."""
+        os.killpg(self._pids[name], signal.SIGKILL)
+        self._ready.discard(name)
+        self._pids[name] = self._start(name)
+
+    def listen(self, seconds: float) -> Heard:
+        """Return what the graph says for so long while nothing is played [s]."""
+        self.heard, end = Heard(), time.monotonic() + seconds
+        self._until(lambda: time.monotonic() > end, "")
+        return self.heard
+
+    def play(self, bag: Path, moment: int = -1, action: Callable[[], None] | None = None) -> Heard:
+        """Play a bag at its own rate and return what the graph says about it.
+
+        Args:
+            bag: its folder.
+            moment: stamp of a frame [ns].
+            action: what is done when that frame is sent.
+        """
+        self.heard, self._moment, self._action = Heard(), moment, action
         before = {name: cpu_seconds(pid) for name, pid in self._pids.items()}
         player = str(Path(get_package_prefix("intent_perception")) / "lib/intent_perception/replay")
         with subprocess.Popen([player, str(bag), "--subscribers", "2"]) as process:
@@ -105,7 +130,11 @@ class RealtimeProbe(Node):
         return self.heard
 
     def _on_info(self, message: Any) -> None:
-        self.heard.frames.setdefault(stamp_of(message), time.monotonic())
+        stamp, action = stamp_of(message), self._action
+        self.heard.frames.setdefault(stamp, time.monotonic())
+        if action is not None and stamp >= self._moment:
+            self._action = None
+            action()
 
     def _on_state(self, message: Any) -> None:
         self.heard.states.setdefault(stamp_of(message), time.monotonic())
@@ -157,18 +186,25 @@ def probed_graph(bag: Path, models: Path | None) -> Iterator[RealtimeProbe]:
     arguments += ["-p", f"color_transport:={color}", "-p", f"depth_transport:={depth}"]
     arguments += ["-p", f"models:={models}"] if models else []
     with private_domain(), tempfile.TemporaryDirectory() as folder:
-        nodes = {}
-        for name, package in NODES.items():
-            file = Path(get_package_prefix(package)) / "lib" / package / name
-            with (Path(folder) / f"{name}.log").open("wb") as log:
-                nodes[name] = subprocess.Popen(
-                    [str(file), *arguments], stdout=log, stderr=log, start_new_session=True
+        nodes = list[subprocess.Popen[bytes]]()
+
+        def start(name: str) -> int:
+            file = Path(get_package_prefix(NODES[name])) / "lib" / NODES[name] / name
+            with (Path(folder) / f"{name}.log").open("ab") as log:
+                nodes.append(
+                    subprocess.Popen(
+                        [str(file), *arguments], stdout=log, stderr=log, start_new_session=True
+                    )
                 )
+            return nodes[-1].pid
+
+        pids = {name: start(name) for name in NODES}
         rclpy.init()
         try:
-            yield RealtimeProbe({name: node.pid for name, node in nodes.items()})
+            yield RealtimeProbe(pids, start)
         finally:
             rclpy.try_shutdown()
-            for node in nodes.values():
-                os.killpg(node.pid, signal.SIGKILL)
+            for node in nodes:
+                if node.poll() is None:
+                    os.killpg(node.pid, signal.SIGKILL)
                 node.wait()

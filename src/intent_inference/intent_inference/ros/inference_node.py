@@ -6,19 +6,23 @@ from intent_msgs.msg import SceneState, StableGrasp, TaskPosterior
 
 from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator
 from intent_inference.ros.convert import posterior_to_msg
-from intent_perception.ros.node import LATCHED, RESULTS, IntentNode, declared, run
+from intent_perception.ros.node import LATEST, RESULTS, IntentNode, declared, run
 from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
 
 
 class InferenceNode(IntentNode):
-    """Passes every grasp and every frame of a reach to the estimator and publishes its answers."""
+    """Passes every grasp and every frame of a reach to the estimator and publishes its answers.
+
+    A grasp that was reported before this node was started is not answered again. Forecasts of a
+    reach and conclusions share a topic, of which a late joiner hears the last message alone.
+    """
 
     def __init__(self) -> None:
         super().__init__("inference")
         self._estimator = IntentionEstimator(declared(self, InferenceConfig()))
         self._estimator.rehearse()
-        self._publisher = self.create_publisher(TaskPosterior, "intent/task_posterior", LATCHED)
-        self.listen(StableGrasp, "intent/stable_grasp", self._on_grasp, LATCHED)
+        self._publisher = self.create_publisher(TaskPosterior, "intent/task_posterior", LATEST)
+        self.listen_for_news(StableGrasp, "intent/stable_grasp", self._on_grasp)
         self.listen(SceneState, "intent/scene_state", self._on_state, RESULTS)
 
     def reset(self) -> None:

@@ -23,6 +23,8 @@ from intent_perception.geometry.camera import (
 )
 
 NANOSECONDS = 1_000_000_000
+_SETTLED = 90
+"""Images after which a clock that went back is taken for the only one: about 1.5 s of a camera."""
 
 
 def stamp_of(message: Any) -> int:
@@ -121,7 +123,12 @@ class FrameMessages:
 
 
 class FrameSynchroniser:
-    """Gathers colour, depth and camera_info messages into frames, in order of the depth stamps."""
+    """Gathers colour, depth and camera_info messages into frames, in order of the depth stamps.
+
+    A stamp far older than the newest means that the clock went back, and everything begins anew.
+    Where the stamps leap to where they were before that, soon after, there are two senders: then
+    the older ones are left out, for as long as newer ones come.
+    """
 
     def __init__(self, config: SynchroniserConfig) -> None:
         self._tolerance = int(config.tolerance * NANOSECONDS)
@@ -133,6 +140,12 @@ class FrameSynchroniser:
         """How often the clock went back."""
         self.repeated = 0
         """Depth images with the stamp of the one before."""
+        self.foreign = 0
+        """Messages left out as another sender's."""
+        self._left = 0
+        """Stamp to which they had come when the clock last went back [ns]."""
+        self._since_jump, self._in_a_row = _SETTLED, 0
+        self.two_senders = False
         self.reset()
 
     def reset(self) -> None:
@@ -156,6 +169,9 @@ class FrameSynchroniser:
 
     def add_info(self, message: Any) -> FrameMessages | None:
         """Take a camera_info; return the frame that waited for it, if any (see `add_depth`)."""
+        if self._info is not None and self.two_senders and self._is_old(stamp_of(message)):
+            self.foreign += 1
+            return None
         self._info = message
         self._seen.add("camera_info")
         return self._match()
@@ -170,13 +186,8 @@ class FrameSynchroniser:
 
     def _add(self, kind: str, message: Any) -> FrameMessages | None:
         stamp = stamp_of(message)
-        if stamp < self._newest - self._jump:
-            info = self._info
-            self.dropped += self.waiting
-            self.reset()
-            self.jumps += 1
-            self._info = info  # a latched camera_info is not sent again
-            self._seen |= {"camera_info"} if info is not None else set()
+        if not self._is_welcome(stamp):
+            return None
         self._seen.add(kind)
         self._newest = max(self._newest, stamp)
         if stamp <= self._emitted and kind == "depth":
@@ -189,6 +200,38 @@ class FrameSynchroniser:
             queue.popleft()
             self.dropped += 1
         return self._match()
+
+    def _is_old(self, stamp: int) -> bool:
+        return stamp < self._newest - self._jump
+
+    def _is_welcome(self, stamp: int) -> bool:
+        """Follow the clock; False for an image of another sender, which is left out."""
+        if self._is_old(stamp):
+            self._in_a_row += 1
+            if self.two_senders and self._in_a_row <= _SETTLED:
+                self._since_jump = 0
+                self.foreign += 1
+                return False
+            self._go_back()
+            return True
+        self._in_a_row = 0
+        self._since_jump += 1
+        leaps = self._newest >= 0 and stamp > self._newest + self._jump
+        if self._since_jump > _SETTLED:
+            self.two_senders = False
+        elif leaps and stamp > self._left - self._jump:
+            self.two_senders = True
+        return True
+
+    def _go_back(self) -> None:
+        """Begin anew with an older clock."""
+        info, self._left = self._info, self._newest
+        self.dropped += self.waiting
+        self.reset()
+        self.jumps += 1
+        self._since_jump, self._in_a_row, self.two_senders = 0, 0, False
+        self._info = info  # a latched camera_info is not sent again
+        self._seen |= {"camera_info"} if info is not None else set()
 
     def _match(self) -> FrameMessages | None:
         if self._info is None:

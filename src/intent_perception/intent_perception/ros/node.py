@@ -2,13 +2,14 @@
 
 import gc
 import os
+import signal
 import sys
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NoReturn
 
 import cv2
 import rclpy
@@ -21,6 +22,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
@@ -43,6 +45,7 @@ from intent_perception.basics.parameters import (
 )
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
+from intent_perception.ros.live_messages import LiveMessages
 
 RESULTS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 """Results arrive all, also at a consumer that is slow for a while."""
@@ -51,7 +54,13 @@ LATCHED = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""Results that a late joiner needs."""
+"""Results that a late joiner needs, and queues of those who hear them."""
+LATEST = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""Publishers of results of which only the last holds: a late joiner is told nothing else."""
 _SECONDS, _FRAMES_PER_SECOND = 10, 30.0
 """Diagnostics judge a node's CPU time over so many seconds, at this rate of the camera."""
 
@@ -179,6 +188,22 @@ class IntentNode(Node):
             kind, topic, lambda message: self.attempt(callback, message, message.header), qos
         )
 
+    def listen_for_news(self, kind: Any, topic: str, callback: Callable[[Any], Any]) -> None:
+        """Subscribe to a latched topic of events, each of which is answered once.
+
+        What was said before this node was started has been answered by the one before it: it is
+        left aside, and so is a message that comes a second time.
+        """
+        live = LiveMessages()
+
+        def take(message: Any, info: Any) -> None:
+            if live.is_news(info):
+                self.attempt(callback, message, message.header)
+            else:
+                self.get_logger().info(f"left aside what {topic} said earlier", once=True)
+
+        self.create_subscription(kind, topic, take, LATCHED)
+
     def attempt(self, callback: Callable[[Any], Any], argument: Any, header: Any) -> None:
         """Run one step, time it, and warn instead of dying where the input is bad.
 
@@ -282,7 +307,7 @@ class FrameSubscription:
         self.skipped = 0
         """Frames that the camera sent and that never arrived: the node was busy."""
         self._period, self._newest = 0, -1
-        self._jumps = 0
+        self._jumps, self._two_senders = 0, False
         self._quiet_since, self._warned = time.monotonic(), False
         self.topics: list[str] = []
         self.frame_id = "camera_color_optical_frame"
@@ -311,20 +336,21 @@ class FrameSubscription:
         self._node.create_subscription(
             kind,
             topic,
-            lambda message: self._take(add, message),
+            lambda message: self._take(name, add, message),
             qos,
             event_callbacks=SubscriptionEventCallbacks(incompatible_qos=warn),
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
 
-    def _take(self, add: Callable[[Any], FrameMessages | None], message: Any) -> None:
+    def _take(self, topic: str, add: Callable[[Any], FrameMessages | None], message: Any) -> None:
         if not self._node.enabled:
             return
         try:
             messages = add(message)
-        except ValueError as error:
-            self._node.reject(str(error))
+        except Exception as error:  # an odd message must not end the node
+            self._node.reject(f"{topic}: {error}")
             return
+        self._warn_of_two_senders(topic)
         if self.synchroniser.jumps != self._jumps:
             self._jumps = self.synchroniser.jumps
             self._start_over("the clock went back")
@@ -342,6 +368,16 @@ class FrameSubscription:
         else:
             self._node.acknowledge(header)
         self._quiet_since, self._warned = time.monotonic(), False
+
+    def _warn_of_two_senders(self, topic: str) -> None:
+        """Say once that images of two clocks come, and which are followed."""
+        two = self.synchroniser.two_senders
+        if two and not self._two_senders:
+            self._node.get_logger().warning(
+                f"images of two clocks come on {topic} ({self._node.count_publishers(topic)} "
+                "publishers): those with the older stamps are left out"
+            )
+        self._two_senders = two
 
     def _start_over(self, reason: str) -> None:
         self._newest = -1
@@ -372,6 +408,18 @@ class FrameSubscription:
         return text
 
 
+def guarded(node: Node, topic: str, callback: Callable[[Any], Any]) -> Callable[[Any], None]:
+    """Return a callback that warns about a message which cannot be used, instead of dying."""
+
+    def take(message: Any) -> None:
+        try:
+            callback(message)
+        except Exception as error:  # nobody's message may end another's node
+            node.get_logger().warning(f"left out one message on {topic}: {error}")
+
+    return take
+
+
 def stand_back(niceness: int) -> None:
     """Lower the priority of the calling thread, and of those that it starts, to a niceness."""
     thread = threading.get_native_id()
@@ -386,6 +434,11 @@ def _checked(messages: FrameMessages) -> RgbdFrame:
     return frame
 
 
+def _leave(number: int, _: Any) -> NoReturn:
+    """End at once: while a node is set up there is nothing to put in order."""
+    os._exit(128 + number)
+
+
 def run(kind: Callable[[], IntentNode]) -> None:
     """Run a node until Ctrl-C; a wrong parameter or file ends it with one sentence.
 
@@ -393,17 +446,24 @@ def run(kind: Callable[[], IntentNode]) -> None:
     """
     cv2.setNumThreads(1)  # five nodes share the cores; more threads only wait for each other
     threadpool_limits(1)
-    rclpy.init()
+    usual = {number: signal.signal(number, _leave) for number in (signal.SIGINT, signal.SIGTERM)}
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = kind()
         gc.freeze()  # what has been loaded stays; looking through it would hold up a frame
+        for number, handler in usual.items():
+            signal.signal(number, handler)
+        install_signal_handlers()
         if "--rehearse" not in sys.argv:
             node.announce()
             rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
     except ValueError as error:
         rclpy.logging.get_logger("intent").fatal(str(error))
         raise SystemExit(1) from None
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
+    except Exception:
+        if rclpy.ok():  # otherwise a signal has ended it, and what it was about to say is void
+            raise
     finally:
         rclpy.try_shutdown()

@@ -14,6 +14,7 @@ from intent_perception.recognition.rehearsal_scene import rehearsal_frames
 from intent_perception.ros.convert import header_at, objects_to_msg, transforms_to_msg
 from intent_perception.ros.node import (
     LATCHED,
+    LATEST,
     FrameSubscription,
     IntentNode,
     ShareConfig,
@@ -48,7 +49,7 @@ class RecognizerNode(IntentNode):
         self._recognizer = Recognizer(
             self._database, config, read_calibration(file) if file else None
         )
-        self._publisher = self.create_publisher(RecognizedObjects, "intent/objects", LATCHED)
+        self._publisher = self.create_publisher(RecognizedObjects, "intent/objects", LATEST)
         self._tf = self.create_publisher(TFMessage, "tf_static", LATCHED)
         self._rehearse()
         self._frames = FrameSubscription(self, self._on_frame, self._is_due)

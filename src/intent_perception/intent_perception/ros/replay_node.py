@@ -18,7 +18,7 @@ from std_srvs.srv import Trigger
 from intent_perception.bags.bag_files import BagMessage, image_topics
 from intent_perception.bags.frame_assembly import NANOSECONDS, stamp_of
 from intent_perception.bags.playback import Bundle, bundles, parse_options, target_topic
-from intent_perception.ros.node import LATCHED, RESULTS
+from intent_perception.ros.node import LATCHED, RESULTS, guarded
 
 _GRACE = 0.2  # an answer that was sent before its acknowledgement may arrive after it [s]
 _QUIET = 2.0  # a node that says nothing for so long has dealt with all it got [s]
@@ -158,7 +158,7 @@ class ReplayNode(Node):
             self._answered[name] = max(self._answered.get(name, -1), stamp_of(message))
             self._heard = time.monotonic()
 
-        self.create_subscription(kind, topic, note, qos)
+        self.create_subscription(kind, topic, guarded(self, topic, note), qos)
 
     def _on_objects(self, message: Any) -> None:
         self._objects = self._objects or message.complete

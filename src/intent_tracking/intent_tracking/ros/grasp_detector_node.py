@@ -5,7 +5,7 @@ from typing import Any
 from intent_msgs.msg import SceneState, StableGrasp
 
 from intent_perception.ros.node import (
-    LATCHED,
+    LATEST,
     RESULTS,
     IntentNode,
     declared,
@@ -27,7 +27,7 @@ class GraspDetectorNode(IntentNode):
         for state in rehearsal_states(database.models[0], 12):
             self._detector.step(state)
         self._detector.reset()
-        self._publisher = self.create_publisher(StableGrasp, "intent/stable_grasp", LATCHED)
+        self._publisher = self.create_publisher(StableGrasp, "intent/stable_grasp", LATEST)
         self.listen(SceneState, "intent/scene_state", self._on_state, RESULTS)
 
     def reset(self) -> None:

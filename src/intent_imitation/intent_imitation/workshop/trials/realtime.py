@@ -114,16 +114,31 @@ def figures(outcomes: Sequence[BagOutcome]) -> dict[str, Any]:
     }
 
 
-def looped(probe: RealtimeProbe, bag: Path, loops: int) -> dict[str, Any]:
-    """Return how often a graph answers one bag again and again, and how its memory grows."""
-    heard = [probe.play(bag) for _ in range(loops)]
-    settled = {name: heard[min(1, loops - 1)].memory[name] for name in heard[0].memory}
-    growth = [heard[-1].memory[name] / settled[name] - 1.0 for name in settled]
+def looped(probe: RealtimeProbe, bags: Sequence[Path], loops: int) -> dict[str, Any]:
+    """Return how often a graph answers bags again and again, and how its memory grows."""
+    heard = [_one_loop(probe, bags, number) for number in range(loops)]
+    memory = [one[-1].memory for one in heard]
+    settled = memory[min(1, loops - 1)]
     return {
         "loops": loops,
-        "loops_answered": sum(bool(one.grasps) and bool(one.plans) for one in heard),
-        "memory_growth": float(max(growth)),
+        "loops_answered": sum(all(one.grasps and one.plans for one in loop) for loop in heard),
+        "memory_growth": float(max(memory[-1][name] / settled[name] - 1.0 for name in settled)),
     }
+
+
+def _one_loop(probe: RealtimeProbe, bags: Sequence[Path], number: int) -> list[Heard]:
+    """Play bags one after the other and print a line of what came."""
+    heard = [probe.play(bag) for bag in bags]
+    delays = [one.states[t] - one.frames[t] for one in heard for t in one.states if t in one.frames]
+    memory = {name: round(size / 1e6) for name, size in heard[-1].memory.items()}
+    print(
+        f"loop {number + 1}: grasps {sum(bool(one.grasps) for one in heard)}, plans "
+        f"{sum(bool(one.plans) for one in heard)} of {len(bags)} bags, latency "
+        f"{1e3 * float(np.median(delays or [np.nan])):.0f} ms, memory [MB] {memory}",
+        file=sys.stderr,
+        flush=True,
+    )
+    return heard
 
 
 def measured(bags: Sequence[Path], loops: int) -> dict[str, Any]:
@@ -140,8 +155,13 @@ def measured(bags: Sequence[Path], loops: int) -> dict[str, Any]:
                 outcomes.append(outcome_of(bag, probe.play(bag), references[bag]))
                 print(f"{bag.name}: {_line(outcomes[-1])}", file=sys.stderr, flush=True)
             if loops and not repeated:
-                repeated = looped(probe, own[0], loops)
+                repeated = looped(probe, _demonstrations(own), loops)
     return {**figures(outcomes), "ready_s": max(ready), **repeated}
+
+
+def _demonstrations(bags: Sequence[Path]) -> list[Path]:
+    """Return the bags in which something is grasped."""
+    return [bag for bag in bags if len(np.load(bag / "truth.npz")["grasp_stamp"])]
 
 
 def _reference(bag: Path) -> list[tuple[int, str]]:
