@@ -32,6 +32,7 @@ _LEAST_SCORE = 0.1
 _REGION = 48  # edge of the image regions between which the drawing is shared out [pixel]
 _PER_REGION = 36
 _PER_MODEL = 3  # in one region
+_MOST = 500  # in all: what bounds the work where a whole arm or room is taken for objects
 _CLEAR = 0.3  # evidence of pixels whose colour counts
 _LEAST_CONTOUR_FACTOR = 0.85  # neighbours may touch: the contour alone rules nothing out
 _LEAST_COLOR_FACTOR = 0.5  # lamps and paints differ: colour alone rules nothing out
@@ -162,6 +163,8 @@ class PoseJudge:
         taken_of: dict[tuple[int, int], int] = {}
         kept = []
         for k in np.argsort(-worth, kind="stable"):
+            if len(kept) >= _MOST:
+                break
             place, own = int(region[k]), (int(region[k]), int(models[k]))
             if score[k] < _LEAST_SCORE or taken.get(place, 0) >= _PER_REGION:
                 continue

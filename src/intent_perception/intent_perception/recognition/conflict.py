@@ -13,6 +13,8 @@ from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import kernel
 from intent_perception.recognition.verification.explanation import DISAGREE, FRONT, MATCH
 
+_MOST = 16
+"""Most objects in a scene: what bounds the work where a person or a room is taken for objects."""
 _QUALITY_POWER = 3.0
 _ROUNDS = 3
 
@@ -76,6 +78,8 @@ def select(
     chosen: list[int] = []
 
     def best() -> int | None:
+        if len(chosen) >= _MOST:
+            return None
         explained = explained_by(
             evidence.values, evidence.windows, np.array(chosen, np.int64), shape
         )
