@@ -16,7 +16,8 @@ from intent_perception.recognition.verification.explanation import DISAGREE, FRO
 _MOST = 16
 """Most objects in a scene: what bounds the work where a person or a room is taken for objects."""
 _QUALITY_POWER = 3.0
-_ROUNDS = 3
+_ROUNDS, _FEW = 3, 8
+"""How often every choice is reconsidered, where there are not more than so many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +92,7 @@ def select(
 
     while (winner := best()) is not None:
         chosen.append(winner)
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS if len(chosen) <= _FEW else 1):
         before = sorted(chosen)
         for old in before:
             chosen.remove(old)
