@@ -161,7 +161,7 @@ class PoseJudge:
         region = (row / _REGION).astype(np.int64) * 1000 + (column / _REGION).astype(np.int64)
         taken: dict[int, int] = {}
         taken_of: dict[tuple[int, int], int] = {}
-        kept = []
+        kept: list[int] = []
         for k in np.argsort(-worth, kind="stable"):
             if len(kept) >= _MOST:
                 break
