@@ -3,6 +3,7 @@
 import resource
 import signal
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -18,22 +19,29 @@ from intent_perception.basics.safe_files import (
 )
 
 
-@pytest.fixture
+@contextmanager
 def full_disk() -> Iterator[None]:
-    """No file may grow beyond a kilobyte, as on a disk that is full."""
+    """No file of this process may grow beyond a kilobyte, as on a disk that is full.
+
+    For the one call only: pytest's own output may be a file, too.
+    """
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1024, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    signal.signal(signal.SIGXFSZ, handler)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, handler)
 
 
-def test_a_full_disk_loses_nothing_and_says_so(tmp_path: Path, full_disk: None) -> None:
+def test_a_full_disk_loses_nothing_and_says_so(tmp_path: Path) -> None:
     path = tmp_path / "model.npz"
     write_bytes(path, b"taught")
-    with pytest.raises(ValueError, match=r"cannot write .*model\.npz.*what was there is unchanged"):
-        write_arrays(path, {"counts": np.random.default_rng(0).random(1000)})
+    counts = {"counts": np.random.default_rng(0).random(1000)}
+    sentence = r"cannot write .*model\.npz.*what was there is unchanged"
+    with pytest.raises(ValueError, match=sentence), full_disk():
+        write_arrays(path, counts)
     assert path.read_bytes() == b"taught"
     assert list(tmp_path.iterdir()) == [path]
 
