@@ -106,10 +106,17 @@ def test_a_bad_fit_is_doubted_now_and_then_and_a_very_bad_one_at_once():
     assert judge_of().doubtful(very_bad, other)
 
 
+def test_where_depth_explains_the_hand_key_points_need_only_not_contradict() -> None:
+    judge = judge_of(hand_seen())
+    assert judge.settled(hypothesis(cost=0.1, gap=0.02))
+    assert not judge.settled(hypothesis(cost=0.1, gap=0.04))
+
+
 def test_only_an_old_fit_on_which_all_agree_is_settled():
     judge = judge_of(hand_seen())
     assert judge.settled(hypothesis())
-    for other in ({"age": 2}, {"gap": None}, {"gap": 0.02}, {"cost": POOR}):
+    apart, far = {"gap": 0.02, "cost": 0.2}, {"gap": 0.04}
+    for other in ({"age": 2}, {"gap": None}, apart, far, {"cost": POOR}):
         assert not judge.settled(hypothesis(**other))
 
 
