@@ -52,8 +52,7 @@ stop_at_exit
 # shellcheck disable=SC2086
 {
   start intent_perception recognizer "${common[@]}" $heard
-  start intent_perception recognizer "${common[@]}" $robot_heard -r __ns:=/robot \
-    -r /intent/objects:=/robot/intent/objects
+  start intent_perception recognizer "${common[@]}" $robot_heard -r __ns:=/robot
   start intent_tracking tracker "${common[@]}" $heard
 }
 start intent_tracking grasp_detector "${common[@]}"

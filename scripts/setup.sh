@@ -97,7 +97,6 @@ compile_kernels() {
   forget_kernels
   export ROS_AUTOMATIC_DISCOVERY_RANGE=OFF OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
   enter_overlay
-  local node
   compile_one() {
     "$root/install/$1/lib/$1/$2" --rehearse >"$venv/kernels-$2.log" 2>&1 || { tail -3 "$venv/kernels-$2.log" >&2 && return 1; }
     echo "setup: kernels of $2 compiled after ${SECONDS} s"

@@ -29,6 +29,7 @@ from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
+from intent_perception.recognition.rehearsal_scene import rehearsal_object
 
 __all__ = ["GraspCandidate", "GraspPlan", "GraspPlanner", "ObjectChoice", "PlannerConfig"]
 
@@ -130,10 +131,7 @@ class GraspPlanner:
 
     def rehearse(self) -> None:
         """Plan on an invented table, so that the first real plan finds everything loaded."""
-        model = self._example
-        pose = model.stable_poses[0] if len(model.stable_poses) else np.eye(4)
-        item = RecognizedObject(model.name, model.name, model.object_class, pose, 1.0, 1.0)
-        self.start(RecognizedObjects(0, (item,), np.eye(4)))
+        self.start(RecognizedObjects(0, (rehearsal_object(self._example),), np.eye(4)))
         for task in self._model.tasks:
             self.plan(task)
         self._objects = None

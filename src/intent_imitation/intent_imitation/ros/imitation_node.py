@@ -13,7 +13,6 @@ from intent_perception.ros.node import (
     LATCHED,
     LATEST,
     IntentNode,
-    ShareConfig,
     declared,
     declared_database,
     run,
@@ -28,7 +27,7 @@ class ImitationNode(IntentNode):
     """
 
     def __init__(self) -> None:
-        super().__init__("imitation", ShareConfig(niceness=5))
+        super().__init__("imitation")
         self._planner = GraspPlanner(declared_database(self), declared(self, PlannerConfig()))
         self._planner.rehearse()
         self.reset()

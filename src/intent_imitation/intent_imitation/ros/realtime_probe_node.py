@@ -105,8 +105,8 @@ class RealtimeProbe(Node):
 
     def listen(self, seconds: float) -> Heard:
         """Return what the graph says for so long while nothing is played [s]."""
-        self.heard, end = Heard(), time.monotonic() + seconds
-        self._until(lambda: time.monotonic() > end, "")
+        self.heard = Heard()
+        self._rest(seconds)
         return self.heard
 
     def play(self, bag: Path, moment: int = -1, action: Callable[[], None] | None = None) -> Heard:
@@ -122,8 +122,7 @@ class RealtimeProbe(Node):
         player = str(Path(get_package_prefix("intent_perception")) / "lib/intent_perception/replay")
         with subprocess.Popen([player, str(bag), "--subscribers", "2"]) as process:
             self._until(lambda: process.poll() is not None, f"{bag} was not played to its end")
-        end = time.monotonic() + _REST
-        self._until(lambda: time.monotonic() > end, "")
+        self._rest(_REST)
         for name, pid in self._pids.items():
             self.heard.cpu[name] = cpu_seconds(pid) - before[name]
             self.heard.memory[name] = resident_bytes(pid)
@@ -152,6 +151,11 @@ class RealtimeProbe(Node):
 
     def _on_plan(self, message: Any) -> None:
         self.heard.plans.setdefault(stamp_of(message), time.monotonic())
+
+    def _rest(self, seconds: float) -> None:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.05)
 
     def _until(self, condition: Callable[[], bool], trouble: str) -> None:
         end = time.monotonic() + _PATIENCE

@@ -133,6 +133,11 @@ class ObjectModel:
     """(S, 4, 4) T_table_object with x = y = 0, the likeliest (natural) first; any turn about the
     vertical is as stable."""
 
+    @property
+    def rest(self) -> Array:
+        """(4, 4) T_table_object of its most stable pose; the identity where none is known."""
+        return self.stable_poses[0] if len(self.stable_poses) else np.eye(4)
+
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         """Convex parts whose union is the object to about a millimetre; physics uses them too.

@@ -164,6 +164,17 @@ class _Draws(NamedTuple):
         return _Draws(*(max(1, round(count * np.sqrt(share))) for count in self))
 
 
+def oriented_scene(frame: RgbdFrame, config: DetectorConfig, reduced: int = 1) -> OrientedImage:
+    """Return points and normals of a frame, on images smaller by a factor than recognition's."""
+    return orient(frame, config.focal_length / reduced, config.normal_radius, config.max_depth)
+
+
+def table_of(image: OrientedImage, config: DetectorConfig) -> TablePlane | None:
+    """Return the table of a scene, None if there is none."""
+    rng = np.random.default_rng(config.seed)
+    return find_table(image, rng, config.table_tolerance, config.table_share)
+
+
 class Detector:
     """The stages of Sec. III-A over one library of models."""
 
@@ -173,13 +184,11 @@ class Detector:
 
     def oriented(self, frame: RgbdFrame) -> OrientedImage:
         """Return points and normals of a frame."""
-        config = self.config
-        return orient(frame, config.focal_length, config.normal_radius, config.max_depth)
+        return oriented_scene(frame, self.config)
 
     def table(self, image: OrientedImage) -> TablePlane | None:
         """Return the table of a scene, None if there is none."""
-        rng = np.random.default_rng(self.config.seed)
-        return find_table(image, rng, self.config.table_tolerance, self.config.table_share)
+        return table_of(image, self.config)
 
     def find(self, frame: RgbdFrame) -> Findings:
         """Return all objects of the library in a frame."""

@@ -10,12 +10,18 @@ from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import require_pose
 from intent_perception.objects.database import ObjectDatabase
-from intent_perception.recognition.detection import Detection, Detector, DetectorConfig, Findings
+from intent_perception.recognition.detection import (
+    Detection,
+    Detector,
+    DetectorConfig,
+    Findings,
+    oriented_scene,
+    table_of,
+)
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.scene_change import ChangeConfig, SceneMemory, centers_of
 from intent_perception.scene.arm_pixels import ArmConfig, arm_pixels
-from intent_perception.scene.oriented_image import orient
-from intent_perception.scene.table_plane import TablePlane, find_table
+from intent_perception.scene.table_plane import TablePlane
 
 _SAME_PLACE = 0.05
 """An object found again within this distance keeps its id [m]."""
@@ -140,10 +146,10 @@ class Recognizer:
             return
         everything = self._config.detection.table_share >= 1.0
         start = RecognizedObjects(frame.stamp, (), self._frame_of(table), table is None)
-        if not everything:
+        if not everything and (self._answer is None or not self._answer.table_seen):
             # Without a table nothing stands out, and a search among everything never ends.
-            self._answer = self._answer or start
-            yield start if not self._found else self._answer
+            self._answer = start
+            yield start
         if table is not None or everything:
             allowed = ~arm_pixels(image, table, self._config.arm)
             for findings in self._detector.looks(image, table, allowed, self._found):
@@ -214,8 +220,6 @@ def _name(
 def table_alone(frame: RgbdFrame, config: DetectorConfig | None = None) -> RecognizedObjects:
     """Return the table of a frame as the recogniser sees it, and no object."""
     config = config or DetectorConfig()
-    image = orient(frame, config.focal_length, config.normal_radius, config.max_depth)
-    rng = np.random.default_rng(config.seed)
-    table = find_table(image, rng, config.table_tolerance, config.table_share)
+    table = table_of(oriented_scene(frame, config), config)
     T_table_camera = np.eye(4) if table is None else table.T_table_camera()
     return RecognizedObjects(frame.stamp, (), T_table_camera)

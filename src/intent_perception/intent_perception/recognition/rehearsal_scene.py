@@ -6,12 +6,12 @@ happen in the first real frame. Nothing that is seen in a rehearsal is kept.
 
 import numpy as np
 
-from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import KINECT, RgbdFrame
 from intent_perception.geometry.mesh import convex_hull
 from intent_perception.geometry.rendering import render
 from intent_perception.geometry.transforms import inverse, look_at, make_pose
 from intent_perception.objects.model import ObjectModel
+from intent_perception.recognition.recognizer import RecognizedObject
 
 T_TABLE_CAMERA = look_at(np.array([0.0, -0.75, 0.55]), np.array([0.0, 0.05, 0.0]))
 """(4, 4) camera -> table."""
@@ -31,14 +31,18 @@ def rehearsal_frames(model: ObjectModel, count: int) -> list[RgbdFrame]:
         model: stands on the table.
         count: how many.
     """
-    pose = model.stable_poses[0] if len(model.stable_poses) else np.eye(4)
-    return [_frame(model, pose, k * _SECOND, with_hand=k > 0) for k in range(count)]
+    return [_frame(model, k * _SECOND, with_hand=k > 0) for k in range(count)]
 
 
-def _frame(model: ObjectModel, pose: Array, stamp: int, with_hand: bool) -> RgbdFrame:
+def rehearsal_object(model: ObjectModel) -> RecognizedObject:
+    """Return what the recogniser would say of the object on the table."""
+    return RecognizedObject(model.name, model.name, model.object_class, model.rest, 1.0, 1.0)
+
+
+def _frame(model: ObjectModel, stamp: int, with_hand: bool) -> RgbdFrame:
     meshes = [convex_hull(_CORNERS * _TABLE), model.mesh, convex_hull(_CORNERS * _HAND)]
     places = np.stack(
-        [make_pose(np.eye(3), [0.0, 0.0, -_TABLE[2]]), pose, make_pose(np.eye(3), HAND_PLACE)]
+        [make_pose(np.eye(3), [0.0, 0.0, -_TABLE[2]]), model.rest, make_pose(np.eye(3), HAND_PLACE)]
     )
     colors = np.stack([_COLORS[0], model.color, _COLORS[1]])
     shown = slice(0, 3 if with_hand else 2)

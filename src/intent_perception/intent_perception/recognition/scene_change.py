@@ -14,10 +14,10 @@ from intent_perception.basics.arrays import Array, Floats, Mask
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import transform_points
-from intent_perception.recognition.detection import DetectorConfig
+from intent_perception.recognition.detection import DetectorConfig, oriented_scene, table_of
 from intent_perception.scene.arm_pixels import ArmConfig, arm_pixels
-from intent_perception.scene.oriented_image import OrientedImage, orient
-from intent_perception.scene.table_plane import TablePlane, find_table
+from intent_perception.scene.oriented_image import OrientedImage
+from intent_perception.scene.table_plane import TablePlane
 
 _REDUCED = 2
 """The images looked at are smaller than those of a recognition by this factor."""
@@ -59,8 +59,8 @@ class SceneMemory:
 
     def keep(self, frame: RgbdFrame) -> None:
         """Take the scene of an answer; arms in it are no part of it."""
-        image = self._oriented(frame)
-        arm = arm_pixels(image, self._table(image), self._arm)
+        image = oriented_scene(frame, self._detection, _REDUCED)
+        arm = arm_pixels(image, table_of(image, self._detection), self._arm)
         self._seen = np.where(arm, np.float32(0.0), image.smooth)
         self._sketch = _sketched(frame)
 
@@ -79,20 +79,12 @@ class SceneMemory:
             self._moved = frame.stamp, sketch
         if frame.stamp - self._moved[0] < self._config.still * NANOSECONDS:
             return False
-        image = self._oriented(frame)
-        table = self._table(image)
+        image = oriented_scene(frame, self._detection, _REDUCED)
+        table = table_of(image, self._detection)
         if table is None:
             return False
         arm = arm_pixels(image, table, self._arm)
         return not self._held(image, arm, centers, reaches) and self._changed(image, table, arm)
-
-    def _oriented(self, frame: RgbdFrame) -> OrientedImage:
-        config = self._detection
-        return orient(frame, config.focal_length / _REDUCED, config.normal_radius, config.max_depth)
-
-    def _table(self, image: OrientedImage) -> TablePlane | None:
-        rng = np.random.default_rng(self._detection.seed)
-        return find_table(image, rng, self._detection.table_tolerance, self._detection.table_share)
 
     def _differ(self, now: Floats, before: Floats | None) -> bool:
         """Return whether raw measurements differ on more than noise would."""

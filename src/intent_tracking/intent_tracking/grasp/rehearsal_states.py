@@ -19,11 +19,10 @@ def rehearsal_states(model: ObjectModel, count: int) -> list[SceneState]:
         model: the object, in its stable pose.
         count: how many, at the usual rate of a camera.
     """
-    pose = model.stable_poses[0] if len(model.stable_poses) else np.eye(4)
     palm_in = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    middle = transform_points(pose, model.center)
+    middle = transform_points(model.rest, model.center)
     hand = make_pose(palm_in, middle - palm_in @ _IN_HAND)
-    values = [*vector_from_pose(hand), *np.full(20, _BENT), *vector_from_pose(pose)]
+    values = [*vector_from_pose(hand), *np.full(20, _BENT), *vector_from_pose(model.rest)]
     return [
         SceneState(
             k * _PERIOD, "right", np.array(values), np.full(len(values), 0.01),

@@ -4,11 +4,12 @@ import numpy as np
 
 from intent_perception.geometry.transforms import inverse, make_pose
 from intent_perception.objects.model import ObjectModel
-from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
+from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_perception.recognition.rehearsal_scene import (
     HAND_PLACE,
     T_TABLE_CAMERA,
     rehearsal_frames,
+    rehearsal_object,
 )
 from intent_tracking.tracker.tracker import Tracker
 
@@ -19,9 +20,7 @@ _LYING = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 def rehearse(tracker: Tracker, model: ObjectModel) -> None:
     """Let a tracker start, search, follow a hand beside an object and lose it; then start over."""
-    pose = model.stable_poses[0] if len(model.stable_poses) else np.eye(4)
-    item = RecognizedObject(model.name, model.name, model.object_class, pose, 1.0, 1.0)
-    tracker.start(RecognizedObjects(0, (item,), T_TABLE_CAMERA))
+    tracker.start(RecognizedObjects(0, (rehearsal_object(model),), T_TABLE_CAMERA))
     hand = make_pose(_LYING, HAND_PLACE - [0.0, 0.08, 0.0])
     for number, frame in enumerate(rehearsal_frames(model, _FRAMES)):
         if number == 1:
