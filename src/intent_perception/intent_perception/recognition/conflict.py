@@ -76,16 +76,17 @@ def select(
     match = evidence.counts[:, MATCH]
     usable = (quality >= least_quality) & (match >= least_pixels)
     weight = np.where(usable, quality**_QUALITY_POWER * evidence.factors, 0.0)
+    hopeful = np.flatnonzero(weight > 0.0)
+    weight, match, windows = weight[hopeful], match[hopeful], evidence.windows[hopeful]
+    contrary = against(evidence.values, windows)
     chosen: list[int] = []
 
     def best() -> int | None:
         if len(chosen) >= _MOST:
             return None
-        explained = explained_by(
-            evidence.values, evidence.windows, np.array(chosen, np.int64), shape
-        )
-        new, against = gains(evidence.values, evidence.windows, explained)
-        worth = (new - against) * weight
+        explained = explained_by(evidence.values, windows, np.array(chosen, np.int64), shape)
+        new = gains(evidence.values, windows, explained)
+        worth = (new - contrary) * weight
         worth[(new < least_pixels) | (new < least_new * match)] = 0.0
         winner = int(np.argmax(worth)) if len(worth) else 0
         return winner if len(worth) and worth[winner] > 0.0 else None
@@ -100,7 +101,7 @@ def select(
                 chosen.append(winner)
         if sorted(chosen) == before:
             break
-    return np.array(chosen, np.int64)
+    return hopeful[np.array(chosen, np.int64)]
 
 
 @kernel
@@ -120,18 +121,31 @@ def explained_by(
 
 
 @kernel
-def gains(values: Floats, windows: NDArray[np.int64], explained: Floats) -> tuple[Floats, Floats]:
-    """Return for each hypothesis the evidence it adds to what is explained, and that against it."""
-    count = len(windows)
-    new = np.zeros(count, np.float32)
-    against = np.zeros(count, np.float32)
-    for k in range(count):
+def gains(values: Floats, windows: NDArray[np.int64], explained: Floats) -> Floats:
+    """Return the evidence (N,) that each hypothesis adds to what is explained (H, W)."""
+    nothing = np.float32(0.0)
+    new = np.zeros(len(windows), np.float32)
+    for k in range(len(windows)):
         left, top, width, height, start = windows[k]
+        total = nothing
         for j in range(height):
+            row = values[start + j * width : start + (j + 1) * width]
+            before = explained[top + j, left : left + width]
             for i in range(width):
-                value = values[start + j * width + i]
-                if value < 0.0:
-                    against[k] -= value
-                elif value > explained[top + j, left + i]:
-                    new[k] += value - explained[top + j, left + i]
-    return new, against
+                total += max(row[i] - before[i], nothing)
+        new[k] = total
+    return new
+
+
+@kernel
+def against(values: Floats, windows: NDArray[np.int64]) -> Floats:
+    """Return the evidence (N,) against each hypothesis."""
+    nothing = np.float32(0.0)
+    sums = np.zeros(len(windows), np.float32)
+    for k in range(len(windows)):
+        start = windows[k, 4]
+        total = nothing
+        for value in values[start : start + windows[k, 2] * windows[k, 3]]:
+            total += max(-value, nothing)
+        sums[k] = total
+    return sums
