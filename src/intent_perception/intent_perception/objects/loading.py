@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from intent_perception.basics.array_files import read_arrays, require_finite
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.safe_files import write_arrays
+from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.mesh import Mesh, read_mesh
-from intent_perception.geometry.transforms import pose_from_vector
+from intent_perception.geometry.transforms import make_pose, pose_from_vector, require_pose
 from intent_perception.objects.model import (
     Edge,
     Face,
@@ -82,12 +83,14 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
         raise ValueError(f"expected a unit of {', '.join(UNITS)}, got {entry['unit']!r}")
     scale = UNITS[entry["unit"]]
     parts: tuple[Part, ...] | None = None
+    boxes: tuple[Box, ...] | None = None
     color = None
     if path.suffix == ".npz":
-        mesh, parts = read_parts(path)
+        mesh, parts, boxes = read_parts(path)
     else:
         mesh, color = read_mesh(path)
-    mesh = mesh.scaled(scale) if scale != 1.0 else mesh
+    if scale != 1.0:
+        mesh, boxes = mesh.scaled(scale), None
     _check_size(mesh, str(entry["unit"]))
     _ = mesh.convex_hull  # refuses a flat sheet
     if "color" in entry:
@@ -111,11 +114,13 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
         friction=_positive(entry.get("friction", _FRICTION), "friction"),
         symmetry=symmetry,
         stable_poses=poses,
+        stored_boxes=boxes,
     )
 
 
-def write_parts(path: Path, mesh: Mesh, parts: tuple[Part, ...]) -> None:
-    """Write a mesh [m] and its convex parts as one compressed npz file."""
+def write_parts(path: Path, model: ObjectModel) -> None:
+    """Write mesh [m], convex parts and boxes of an object as one compressed npz file."""
+    mesh, parts, boxes = model.mesh, model.parts, model.boxes
     arrays: dict[str, NDArray[Any]] = dict(
         vertices=mesh.vertices.astype(np.float32),
         faces=mesh.faces.astype(np.uint16),
@@ -123,12 +128,13 @@ def write_parts(path: Path, mesh: Mesh, parts: tuple[Part, ...]) -> None:
         part_vertices=np.concatenate([p.mesh.vertices for p in parts]).astype(np.float32),
         part_faces=np.concatenate([p.mesh.faces for p in parts]).astype(np.uint16),
         part_counts=np.array([(len(p.mesh.vertices), len(p.mesh.faces)) for p in parts]),
+        boxes=np.stack([[*box.center, *box.rotation.ravel(), *box.half_size] for box in boxes]),
     )
     write_arrays(path, arrays)
 
 
-def read_parts(path: Path) -> tuple[Mesh, tuple[Part, ...]]:
-    """Return the mesh and the convex parts in a file of `write_parts`.
+def read_parts(path: Path) -> tuple[Mesh, tuple[Part, ...], tuple[Box, ...] | None]:
+    """Return mesh, convex parts and, if they are there, boxes in a file of `write_parts`.
 
     Raises:
         ValueError: if the file is missing or damaged.
@@ -146,9 +152,21 @@ def read_parts(path: Path) -> tuple[Mesh, tuple[Part, ...]]:
         vertices = np.split(stored["part_vertices"], ends[:, 0])
         faces = np.split(stored["part_faces"], ends[:, 1])
         meshes = [Mesh.of(v, f) for v, f in zip(vertices, faces, strict=True)]
-        return mesh, tuple(Part(n, m) for n, m in zip(names, meshes, strict=True))
+        parts = tuple(Part(n, m) for n, m in zip(names, meshes, strict=True))
+        return mesh, parts, _boxes(stored["boxes"]) if "boxes" in stored else None
     except (KeyError, ValueError, IndexError, TypeError, OverflowError) as error:
         raise ValueError(f"cannot read the mesh {path}: {error}") from error
+
+
+def _boxes(rows: Array) -> tuple[Box, ...]:
+    """Return the boxes of rows (K, 15): centre, rotation row by row, half edges."""
+    if rows.ndim != 2 or rows.shape[1] != 15 or not len(rows):
+        raise ValueError(f"expected boxes (K, 15), got {rows.shape}")
+    for row in rows:
+        require_pose(make_pose(row[3:12].reshape(3, 3), row[:3]), "the pose of each box")
+        if not np.all(row[12:] > 0.0):
+            raise ValueError("expected half edges of boxes above 0")
+    return tuple(Box(row[:3], row[3:12].reshape(3, 3), row[12:]) for row in rows)
 
 
 def _check_size(mesh: Mesh, unit: str) -> None:

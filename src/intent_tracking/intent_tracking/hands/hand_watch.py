@@ -110,6 +110,11 @@ class HandWatch:
         self.resting = False
         """Whether the followed hand has done nothing yet while something else moves."""
 
+    @property
+    def moving(self) -> bool:
+        """Whether something moves in front of what stands still."""
+        return bool(self._things)
+
     def rests(self, pixels: Array) -> bool:
         """Return whether something moves, but not a hand with joints (21, 2) in the image."""
         if not self._things or self._motion.share(pixels) > _MOVES:
@@ -220,7 +225,8 @@ class HandWatch:
         view = view_of(arms[0], frame.camera) if arms else None
         hints = Hints(tuple(regions[:_REGIONS]), view)
         turn = not regions or self._looks % 2 == 0  # both sources in every frame take too long
-        return reader.read(frame.color, search=self.missed > 0 and turn, hints=hints)
+        missed = self.missed > 0 and (self.ever or bool(self._things))
+        return reader.read(frame.color, search=missed and turn, hints=hints)
 
     def _note_rest(self, expectation: Expectation) -> None:
         """Take note of whether the followed hand rests while something else moves."""

@@ -314,7 +314,8 @@ class Tracker:
         """Look for a hand; return whether there is anything like one."""
         found = self._seen_hypotheses(frame)
         visible = bool(found)
-        if not found:
+        due = self._frames % self.config.search_period == 0
+        if not found and (due or self._watch.trouble or self._watch.moving):
             found, visible = self._found_hypotheses(frame)
         self._hypotheses = sorted(found, key=self._judge.rank)
         return visible or self._watch.hand is not None

@@ -62,6 +62,9 @@ class TrackerConfig(Checked):
     """Cost that the side last seen is ahead at a new start, 0..2."""
     unusual_roll: float = 0.3
     """Cost of a hand turned over, see `hypothesis.unusual_roll`, 0..2."""
+    search_period: int = 2
+    """Frames between looks for a hand by depth and colour alone while networks look as well and
+    nothing moves, 1..100."""
     learn_period: int = 4
     """Frames between updates of the colour models, 1..1000."""
     networks: bool = True
