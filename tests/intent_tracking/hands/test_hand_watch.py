@@ -57,10 +57,11 @@ class Film:
     def __init__(self):
         self.watch, self.reader = HandWatch(None, KeyPointConfig(), PERIOD), Reader()
         self.watch._reader = self.reader
+        self.told = 0.9, 1.0
 
     def look(self, *hands, depth=0.7, arm=None, **expectation):
         self.reader.hands = hands
-        self.watch.look(frame(depth, arm), Expectation(**expectation))
+        self.watch.look(frame(depth, arm), Expectation(**expectation), lambda _: self.told)
 
     def follow(self, hand, *others, **more):
         """Look while a hand is followed."""
@@ -254,3 +255,13 @@ def test_key_points_that_slip_from_an_arm_to_its_shadow_are_forgotten(film):
     film.look(hand_at(ACTING, 200), arm=400)
     assert film.reader.forgotten == [ACTING]
     assert film.watch.hand is None
+
+
+def test_a_look_that_is_explained_well_tells_the_side_against_many_poor_ones():
+    film, hand = Film(), hand_at(ACTING, 300)
+    film.told = 0.95, 1.0
+    film.look(hand)
+    film.told = 0.1, 0.02
+    for _ in range(20):
+        film.look(hand)
+    assert film.watch.seen.right > 0.7

@@ -92,7 +92,7 @@ class InputConfig(Checked):
     """How colour images are sent: raw or compressed."""
     depth_transport: Literal["raw", "compressedDepth"] = "raw"
     """How depth images are sent: raw or compressedDepth."""
-    queue: int = 4
+    queue: int = 3
     """Images kept while a step runs: what arrives beyond is dropped, the oldest first; 1..1000."""
     silence: float = 5.0
     """Time without a frame after which the node says what it is waiting for [s], 0 = never,

@@ -228,7 +228,7 @@ class Tracker:
             middle, seen = palm_pixel(frame.camera, joints), pixels_of(frame.camera, joints)
             settled = len(self._hypotheses) == 1 and self._judge.settled(leader)
             expectation = Expectation(middle, seen, settled, objects)
-        self._watch.look(frame, expectation)
+        self._watch.look(frame, expectation, lambda seen: self._person.side_of(seen, frame))
 
     def _follow(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
         """Fit one hypothesis to a frame and bring its record up to date."""
