@@ -1,7 +1,6 @@
 """A bag as frames to publish: options of the player, and the messages grouped by frame."""
 
 import argparse
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -141,10 +140,13 @@ def _frame_stamp(messages: list[BagMessage], topics: ImageTopics, tolerance: int
 
 def main() -> None:
     """Print the ROS arguments with which the nodes hear a bag."""
-    if len(sys.argv) != 2:
-        raise SystemExit("usage: python -m intent_perception.replay BAG")
+    parser = argparse.ArgumentParser(
+        description="Print the ROS arguments with which the nodes hear a bag. "
+        "`ros2 run intent_perception replay BAG` plays it; see its --help."
+    )
+    parser.add_argument("bag", help="rosbag2 folder")
     try:
-        color, depth = transports(sys.argv[1])
+        color, depth = transports(parser.parse_args().bag)
     except ValueError as error:
         raise SystemExit(f"error: {error}") from None
     print(f"-p color_transport:={color} -p depth_transport:={depth}")
