@@ -27,7 +27,7 @@ while [ $# -gt 0 ]; do
     --params) params=$(realpath -m "$2") && shift 2 ;;
     --model) model=$(realpath -m "$2") && shift 2 ;;
     --network) network=$(realpath -m "$2") && shift 2 ;;
-    -h | --help) sed -n '2,13s/^# \{0,1\}//p' "$0" && exit ;;
+    -h | --help) help_of "$0" && exit ;;
     -*) fail "unknown option $1; see scripts/demo.sh --help" ;;
     *) bag=$(realpath -m "$1") && shift ;;
   esac

@@ -28,7 +28,18 @@ ROSDEP = {
 """Keys of modules that rosdep installs; other modules have their own name or one of `PIP`."""
 PIP = {"ai_edge_litert": "ai-edge-litert", "distributed": "dask", "open3d": "open3d-cpu"}
 NUMPY_2 = {
-    *("acos", "acosh", "asin", "asinh", "astype", "atan", "atan2", "atanh", "bitwise_count"),
+    *(
+        "acos",
+        "acosh",
+        "asin",
+        "asinh",
+        "astype",
+        "atan",
+        "atan2",
+        "atanh",
+        "bitwise_count",
+        "bool",
+    ),
     *("bitwise_invert", "bitwise_left_shift", "bitwise_right_shift", "concat", "cumulative_prod"),
     *("cumulative_sum", "isdtype", "long", "matrix_transpose", "matvec", "permute_dims", "pow"),
     *("strings", "trapezoid", "ulong", "unique_all", "unique_counts", "unique_inverse"),
