@@ -16,7 +16,8 @@ from intent_perception.geometry.transforms import (
 )
 from intent_perception.scene.arm_pixels import ArmConfig, arm_pixels
 from intent_perception.scene.oriented_image import OrientedImage, orient
-from intent_perception.scene.table_plane import TablePlane, find_table
+from intent_perception.scene.table_plane import TablePlane
+from intent_perception.scene.table_search import find_table
 
 EYE = np.array([0.1, -0.7, 0.55])
 T_WORLD_CAMERA = look_at(EYE, np.array([0.0, 0.0, 0.05]), np.array([0.0, 0.0, 1.0]))

@@ -28,7 +28,8 @@ from intent_perception.recognition.verification.explanation import DRAWN, MATCH
 from intent_perception.scene.oriented_image import OrientedImage, orient
 from intent_perception.scene.scene_view import SceneView
 from intent_perception.scene.segmentation import Segmentation, segment
-from intent_perception.scene.table_plane import TablePlane, find_table
+from intent_perception.scene.table_plane import TablePlane
+from intent_perception.scene.table_search import find_table
 
 _COARSE = 1.7  # the first stage allows for the error of a single pair
 _SELECTIONS = 3

@@ -25,7 +25,7 @@ from intent_perception.geometry.transforms import (
     rotation_from_vector,
 )
 from intent_perception.scene.oriented_image import orient
-from intent_perception.scene.table_plane import find_table
+from intent_perception.scene.table_search import find_table
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,7 @@ from intent_perception.workshop.figures.real_scenes import (
     ycb_frame,
 )
 from intent_perception.workshop.figures.scoring import LEAST_PIXELS, Claim, Score, judge
+from intent_perception.workshop.figures.table_figures import VIEWS, tables
 from intent_perception.workshop.scenes.table_scenes import TabletopScene
 
 _GREEN, _RED, _ORANGE = (60, 220, 60), (255, 60, 60), (255, 170, 0)
@@ -172,6 +173,7 @@ PARTS: dict[str, Callable[[Plan], Any]] = {
     "parametric_48": lambda plan: parametric(plan, 8),
     "uwa_rs1": uwa_rs1,
     "ycb_frames": ycb_frames,
+    "tables": lambda plan: tables(plan, max(5, VIEWS * plan.scans // 20)),
     "peers": lambda plan: {
         "open3d": open3d_peer(plan),
         "ppf_match_3d": {"parametric_6": ppf_tabletop(plan), "uwa_rs1": ppf_uwa(plan)},
