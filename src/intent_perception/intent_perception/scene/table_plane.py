@@ -13,6 +13,7 @@ from intent_perception.geometry.transforms import inverse, make_pose
 _CELL = 0.02  # edge of the grid cells that decide which inliers hang together [m]
 _LEAST_IN_CELL = 2
 _LEAST_AREA = 0.03  # smaller planes are sides of objects [m^2]
+_PIECE = 0.15  # what is this large beside the largest piece of a plane belongs to it
 _ALONG = 0.995  # cosine beyond which the image's right is no direction on the table
 
 
@@ -112,9 +113,9 @@ def fitted_plane(
 def outlined_plane(
     points: NDArray[np.float32], normal: Array, offset: float, tolerance: float
 ) -> TablePlane | None:
-    """Return a plane with the outline of the largest piece of it that points (N, 3) show.
+    """Return a plane with the outline of what points (N, 3) show of it.
 
-    None where no piece is as large as a table.
+    None where that is not as large as a table.
     """
     plane = TablePlane(normal, offset, np.zeros((0, 2), np.float32))
     T_table = plane.T_table_camera()
@@ -132,8 +133,10 @@ def outlined_plane(
     count, labels, stats, _ = cv2.connectedComponentsWithStats(closed)
     if count < 2:
         return None
-    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    kept = flat[labels[cells[:, 0], cells[:, 1]] == largest]
+    areas = stats[:, cv2.CC_STAT_AREA].copy()
+    areas[0] = 0
+    pieces = areas >= _PIECE * areas.max()  # an arm across the table cuts it
+    kept = flat[pieces[labels[cells[:, 0], cells[:, 1]]]]
     # counter-clockwise seen from above
     hull = cv2.approxPolyDP(cv2.convexHull(kept.astype(np.float32)), 0.002, True)
     if cv2.contourArea(hull) < _LEAST_AREA:

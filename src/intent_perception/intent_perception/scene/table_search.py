@@ -8,12 +8,12 @@ faces the image's top, as in a camera that is mounted upright.
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats, Mask
 from intent_perception.scene.oriented_image import OrientedImage
-from intent_perception.scene.segmentation import connected_surfaces
 from intent_perception.scene.table_plane import TablePlane, fitted_plane, outlined_plane
 
 _SKIP = 7  # of the valid pixels, one in this many is used
@@ -25,13 +25,19 @@ _ALIKE = 0.8  # cosine between the plane's normal and that of a point on it
 _NEAREST = 0.15  # planes nearer to the camera are no tables [m]
 _TILT = np.cos(np.radians(25.0))
 """A table's normal is this near to a known vertical, which an IMU in motion tells roughly."""
-_LEAST_OBLIQUE = 0.3  # sine of the angle from which a bare plane is told from a wall in front
+_LEAST_OBLIQUE = 0.3  # sine of the angle at which a plane is not straight ahead
 _UPRIGHT = 0.1  # part of the normal along the image's top of a camera that is not rolled
-_ROLLED = 0.6  # how much less other directions are believed
+_ROLLED = 0.7  # how much less other directions are believed …
+_AHEAD = 0.5  # … and planes straight ahead, which with nothing on them may as well be walls
+_NEAR = 0.3  # planes are believed by 1 / (this + their distance) [m]
+_SOME = 0.1  # of the things that are enough, what is not noise
+_PARALLEL = np.cos(np.radians(10.0))
+_LEGS = 0.25  # a table is this much higher than the floor [m], which …
+_FLOOR = 0.3  # … is believed so much less to be the table
 
 _STRIDE = 4  # of the image's pixels, one in so many each way tells what stands on a plane
 _WALL = 0.08  # planes this large are no things [m^2]
-_LOWEST, _HIGHEST = 0.008, 0.40  # between these heights things are looked for [m]
+_LOWEST, _HIGHEST = 0.008, 0.40  # between these heights are things [m]
 _CONTACT = 0.025  # what stands on a plane is seen as low as this [m] …
 _ISLAND = 0.85  # … or, from above, has the plane on this share of its border
 _THING = 0.12  # what is larger is furniture, a person or a wall [m^2]
@@ -49,7 +55,7 @@ class _Candidate(NamedTuple):
     plane: TablePlane
     share: float
     area: float
-    """Of its visible outline [m²]."""
+    """Of what is seen of it [m²]."""
 
 
 def find_table(
@@ -79,24 +85,45 @@ def find_table(
     best, chosen = 0.0, None
     for one in candidates:
         things = min(1.0, sketch.things_on(one.plane, walls, tolerance) / _THINGS)
-        belief = _belief(one.plane.normal, up, things > 0.1)
         if one.share < share * (1.0 - (1.0 - _SMALL) * things):
             continue
+        belief = 1.0 if up is not None else _belief(one.plane.normal, things > _SOME)
+        if _lies_below(one.plane, walls):
+            belief *= _FLOOR
+        belief /= _NEAR + _distance(one.plane)
         worth = belief * min(one.area, _LARGE) * (_BARE + (1.0 - _BARE) * things)
         if worth > best:
             best, chosen = worth, one.plane
     return chosen
 
 
-def _belief(normal: Array, up: Array | None, carries: bool) -> float:
-    """Return how far a plane's direction is that of a table, 0..1."""
-    if up is not None:
-        return 1.0  # others were not tried
-    if normal[1] <= -_UPRIGHT and np.hypot(normal[0], normal[1]) > _LEAST_OBLIQUE:
+def _belief(normal: Array, carries: bool) -> float:
+    """Return how far a plane's direction (3,) is that of a table, 0..1.
+
+    Args:
+        normal: in the camera's frame.
+        carries: whether things stand on the plane.
+    """
+    oblique = bool(np.hypot(normal[0], normal[1]) > _LEAST_OBLIQUE)
+    if oblique and normal[1] <= -_UPRIGHT:
         return 1.0
-    # A bare plane straight ahead may as well be a wall.
-    seen_obliquely = np.hypot(normal[0], normal[1]) > _LEAST_OBLIQUE
-    return _ROLLED if carries or seen_obliquely or normal[1] <= -_UPRIGHT else 0.0
+    if oblique:
+        return _ROLLED
+    return _AHEAD if carries or normal[1] <= -_UPRIGHT else 0.0
+
+
+def _distance(plane: TablePlane) -> float:
+    """Return how far the middle of a plane is from the camera [m]: a table is near, a wall far."""
+    center = plane.outline.mean(axis=0)
+    return float(np.linalg.norm(plane.T_table_camera()[:3, 3] - [*center, 0.0]))
+
+
+def _lies_below(plane: TablePlane, others: list[TablePlane]) -> bool:
+    """Return whether another plane is like the table above this floor."""
+    return any(
+        other.normal @ plane.normal > _PARALLEL and other.offset < plane.offset - _LEGS
+        for other in others
+    )
 
 
 def _planes(
@@ -113,6 +140,7 @@ def _planes(
         return []
     chosen = rng.integers(0, len(points), _SAMPLES)
     some, facing = points[chosen].astype(np.float64), normals[chosen].astype(np.float64)
+    pixel = valid.sum() / _SAMPLES / (image.camera.fx * image.camera.fy)
     left = np.ones(_SAMPLES, dtype=bool)
     found: list[_Candidate] = []
     for _ in range(_SEARCHES):
@@ -122,11 +150,13 @@ def _planes(
         alike = facing @ trial[0] > _ALIKE
         normal, offset = fitted_plane(some[alike], trial[0], trial[1], tolerance)
         on_it = (np.abs(some @ normal + offset) < 2.0 * tolerance) & (facing @ normal > _ALIKE)
-        count = int((on_it & left).sum())
+        own = on_it & left
         left &= ~on_it & (np.abs(some @ trial[0] + trial[1]) >= tolerance)
         plane = outlined_plane(points[normals @ normal > _ALIKE], normal, offset, tolerance)
         if plane is not None:
-            found.append(_Candidate(plane, count / _SAMPLES, _area(plane.outline)))
+            # a pixel at p sees z^2 / f^2 of a surface across its ray, z^3 / (f^2 offset) of a plane
+            area = float(np.sum(some[own, 2] ** 3)) / offset * pixel
+            found.append(_Candidate(plane, float(own.sum()) / _SAMPLES, area))
     return found
 
 
@@ -154,11 +184,6 @@ def _largest(
     return best
 
 
-def _area(outline: NDArray[np.float32]) -> float:
-    x, y = outline[:, 0].astype(np.float64), outline[:, 1].astype(np.float64)
-    return float(0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
-
-
 class _Sketch:
     """A scene on few pixels, to see what stands on a plane."""
 
@@ -180,7 +205,8 @@ class _Sketch:
             if wall is not plane:
                 apart &= ~self._on(wall, tolerance)
         over = apart & (height > _LOWEST) & (height < _HIGHEST) & plane.over_table(self._points, 0)
-        labels, count = connected_surfaces(over, self._depth)
+        # A cup seen from above is rings at different depths: what touches in the image is one thing.
+        count, labels = cv2.connectedComponents(over.astype(np.uint8))
         total = np.bincount(labels[over], self._areas[over], count)
         low = np.bincount(labels[over & (height < _CONTACT)], minlength=count) > 0
         beside, around = self._borders(labels, flat, count)
@@ -206,7 +232,7 @@ class _Sketch:
         reach = 3  # what is at an edge has no plane fitted
         for rows, columns in ((0, reach), (0, -reach), (reach, 0), (-reach, 0)):
             other = np.roll(labels, (rows, columns), (0, 1))
-            outside = (labels != other) & (other > 0) & self._valid
+            outside = (labels == 0) & (other > 0) & self._valid
             around += np.bincount(other[outside], minlength=count)
             beside += np.bincount(other[outside & flat], minlength=count)
         return beside, around

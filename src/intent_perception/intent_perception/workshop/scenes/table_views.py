@@ -55,11 +55,12 @@ def table_view(
     if rng.random() < 0.6:
         room.append(_box([4.0, 4.0, 0.02], [0.0, 0.0, -_TABLE_HEIGHT]))
     away = -T_table_camera[:2, 3] / max(float(np.linalg.norm(T_table_camera[:2, 3])), 1e-9)
-    if rng.random() < 0.5:
+    wall = rng.random() < 0.5
+    if wall:
         turn = make_pose(rotation_from_vector([0.0, 0.0, np.arctan2(away[1], away[0])]), np.zeros(3))
         behind = 0.5 * float(np.linalg.norm(size)) + rng.uniform(0.02, 0.5)
         room.append(_box([0.02, 4.0, 3.0], [behind, 0.0, 0.5]).transformed(turn))
-    if rng.random() < 0.4:
+    if rng.random() < 0.4 and (placement == "head" or not wall):
         room.append(_arm(placement, T_table_camera, rng))
     T_camera_table = inverse(T_table_camera)
     poses = [np.eye(4)] * len(room) + placed_together(things, rng, 0.6)
