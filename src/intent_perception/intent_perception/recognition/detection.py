@@ -170,10 +170,18 @@ def oriented_scene(frame: RgbdFrame, config: DetectorConfig, reduced: int = 1) -
     return orient(frame, config.focal_length / reduced, config.normal_radius, config.max_depth)
 
 
-def table_of(image: OrientedImage, config: DetectorConfig) -> TablePlane | None:
-    """Return the table of a scene, None if there is none."""
+def table_of(
+    image: OrientedImage, config: DetectorConfig, up: Array | None = None
+) -> TablePlane | None:
+    """Return the table of a scene, None if there is none.
+
+    Args:
+        image: the scene.
+        config: what a table is.
+        up: (3,) the vertical in the camera's frame, None = the scene tells it.
+    """
     rng = np.random.default_rng(config.seed)
-    return find_table(image, rng, config.table_tolerance, config.table_share)
+    return find_table(image, rng, config.table_tolerance, config.table_share, up)
 
 
 class Detector:
@@ -187,9 +195,9 @@ class Detector:
         """Return points and normals of a frame."""
         return oriented_scene(frame, self.config)
 
-    def table(self, image: OrientedImage) -> TablePlane | None:
-        """Return the table of a scene, None if there is none."""
-        return table_of(image, self.config)
+    def table(self, image: OrientedImage, up: Array | None = None) -> TablePlane | None:
+        """Return the table of a scene, None if there is none; see `table_of`."""
+        return table_of(image, self.config, up)
 
     def find(self, frame: RgbdFrame) -> Findings:
         """Return all objects of the library in a frame."""
@@ -219,6 +227,10 @@ class Detector:
         rng = np.random.default_rng(config.seed)
         scene = SceneView.of(image, segment(image, table, allowed))
         judge = PoseJudge(self.library, scene, config.tolerance, resting=not config.hash_only)
+        if table is None and self.config.table_share < 1.0:
+            # Nothing stands out: a search among walls and people would take minutes.
+            yield Findings((), image, scene.parts, 0, True)
+            return
         candidates, made = self._remembered(known, judge), 0
         found, focus = self._judged(scene, judge, candidates)
         for share, complete in ((config.glance, False), (1.0, True)):
