@@ -32,6 +32,8 @@ from intent_perception.bags.frame_assembly import (
     NANOSECONDS,
     FrameMessages,
     FrameSynchroniser,
+    ImageConfig,
+    Straight,
     SynchroniserConfig,
 )
 from intent_perception.basics.parameters import (
@@ -90,8 +92,8 @@ class InputConfig(Checked):
 
     color_transport: Literal["raw", "compressed"] = "raw"
     """How colour images are sent: raw or compressed."""
-    depth_transport: Literal["raw", "compressedDepth"] = "raw"
-    """How depth images are sent: raw or compressedDepth."""
+    depth_transport: Literal["raw", "compressedDepth", "compressed"] = "raw"
+    """How depth images are sent: raw, compressedDepth, or compressed as PNG of 16 bits."""
     queue: int = 4
     """Images kept while a step runs: what arrives beyond is dropped, the oldest first; 1..1000."""
     silence: float = 5.0
@@ -301,8 +303,12 @@ class FrameSubscription:
             wanted: whether the frame of a stamp [ns] is looked at; others are not even decoded.
         """
         self._node, self._on_frame, self._wanted = node, on_frame, wanted
-        self._config = declared(node, InputConfig())
-        self.synchroniser = FrameSynchroniser(self._config.synchroniser)
+        self._config, images = declared(node, InputConfig()), declared(node, ImageConfig())
+        color = images.straight(node.resolve_topic_name("rgb/image_rect_color"), "color")
+        depth = images.straight(node.resolve_topic_name("depth_registered/image_rect"), "depth")
+        self.synchroniser = FrameSynchroniser(
+            self._config.synchroniser, images.depth_scale, Straight(color, depth)
+        )
         node.inputs = self
         self.skipped = 0
         """Frames that the camera sent and that never arrived: the node was busy."""

@@ -205,7 +205,7 @@ class _Sketch:
             if wall is not plane:
                 apart &= ~self._on(wall, tolerance)
         over = apart & (height > _LOWEST) & (height < _HIGHEST) & plane.over_table(self._points, 0)
-        # A cup seen from above is rings at different depths: what touches in the image is one thing.
+        # A cup seen from above is rings at different depths: what touches is one thing.
         count, labels = cv2.connectedComponents(over.astype(np.uint8))
         total = np.bincount(labels[over], self._areas[over], count)
         low = np.bincount(labels[over & (height < _CONTACT)], minlength=count) > 0

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from intent_perception.basics.arrays import Array
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.coded_images import write_picture
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.detection import DetectorConfig, oriented_scene, table_of
@@ -60,7 +60,7 @@ def table_error(T_true: Array, T_found: Array) -> tuple[float, float]:
 
 
 def _draw(
-    path: Path, view: TableView, T_found: Array | None, outline: Array | None, right: bool
+    path: Path, view: TableView, T_found: Array | None, outline: Floats | None, right: bool
 ) -> None:
     """Write the picture with the outline that was found, green where it is right."""
     import cv2

@@ -57,7 +57,9 @@ def table_view(
     away = -T_table_camera[:2, 3] / max(float(np.linalg.norm(T_table_camera[:2, 3])), 1e-9)
     wall = rng.random() < 0.5
     if wall:
-        turn = make_pose(rotation_from_vector([0.0, 0.0, np.arctan2(away[1], away[0])]), np.zeros(3))
+        turn = make_pose(
+            rotation_from_vector([0.0, 0.0, np.arctan2(away[1], away[0])]), np.zeros(3)
+        )
         behind = 0.5 * float(np.linalg.norm(size)) + rng.uniform(0.02, 0.5)
         room.append(_box([0.02, 4.0, 3.0], [behind, 0.0, 0.5]).transformed(turn))
     if rng.random() < 0.4 and (placement == "head" or not wall):
@@ -81,7 +83,9 @@ def _camera(placement: Placement, rng: np.random.Generator) -> Array:
     sideways = np.cos(down) * np.array([np.cos(turn), np.sin(turn)])
     eye = rng.uniform(near, far) * np.array([*sideways, np.sin(down)])
     target = np.array([*rng.uniform(-0.05, 0.05, 2), 0.04])
-    top = np.array([0.0, 0.0, 1.0]) - np.array([*sideways, 0.0])  # also where it looks straight down
+    top = np.array([0.0, 0.0, 1.0]) - np.array(
+        [*sideways, 0.0]
+    )  # also where it looks straight down
     T_table_camera = look_at(eye, target, top)
     roll = {
         "above": rng.uniform(-180.0, 180.0),
@@ -115,7 +119,7 @@ def _top(size: Array, cloth: bool, rng: np.random.Generator) -> Mesh:
 
 
 def _arm(placement: Placement, T_table_camera: Array, rng: np.random.Generator) -> Mesh:
-    """Return an arm that reaches over the table: of the wearer of a head camera, else of another."""
+    """Return an arm over the table: of the wearer of a head camera, else of somebody else."""
     eye = T_table_camera[:2, 3]
     toward = np.arctan2(eye[1], eye[0]) + (0.0 if placement == "head" else np.pi)
     angle = toward + rng.uniform(-0.6, 0.6)
@@ -123,7 +127,9 @@ def _arm(placement: Placement, T_table_camera: Array, rng: np.random.Generator) 
     start = np.array([*rng.uniform(-0.12, 0.12, 2), rng.uniform(0.05, 0.12)])
     side = np.array([-direction[1], direction[0], 0.0])
     ends = np.stack([start, start + 0.6 * direction])
-    ring = [s * 0.04 * side + t * 0.035 * np.array([0.0, 0.0, 1.0]) for s in (-1, 1) for t in (-1, 1)]
+    ring = [
+        s * 0.04 * side + t * 0.035 * np.array([0.0, 0.0, 1.0]) for s in (-1, 1) for t in (-1, 1)
+    ]
     return convex_hull(np.concatenate([ends + corner for corner in ring]))
 
 
