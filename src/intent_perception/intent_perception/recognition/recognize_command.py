@@ -6,6 +6,7 @@ python -m intent_perception.recognize [--models DB]
 """
 
 import argparse
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +17,7 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.safe_files import output_file, write_json
-from intent_perception.geometry.camera import RgbdFrame, clean_depth, read_camera
+from intent_perception.geometry.camera import RgbdFrame, clean_depth, depth_advice, read_camera
 from intent_perception.geometry.cloud import read_cloud, view_cloud
 from intent_perception.geometry.coded_images import read_picture, write_picture
 from intent_perception.objects.database import ObjectDatabase
@@ -118,10 +119,17 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         raise ValueError("expected --rgb, --depth and --camera, or --cloud")
     else:
         frame = read_images(arguments.rgb, arguments.depth, arguments.depth_scale, arguments.camera)
-    detector = Detector(ModelLibrary.of(ObjectDatabase.load(arguments.models)), config)
+    # a scan of a user's own thing is no table with the shipped objects on it
+    database = ObjectDatabase.load(arguments.models, alone=arguments.cloud is not None)
+    for note in database.notes:
+        print(f"recognize: {note}", file=sys.stderr)
+    detector = Detector(ModelLibrary.of(database), config)
     start = time.process_time()
     findings = detector.find(frame)
     seconds = time.process_time() - start
+    if findings.segmentation.table is None and arguments.cloud is None:
+        advice = depth_advice(frame.depth)
+        print(f"recognize: no table is seen: nothing was searched{advice}", file=sys.stderr)
     if arguments.picture is not None:
         picture(frame, findings, detector, arguments.picture)
     return {

@@ -72,7 +72,8 @@ class DatabaseConfig(Checked):
     """Which objects a node knows."""
 
     models: str = ""
-    """Object database: a YAML file or a folder with one; empty: the shipped 48 objects."""
+    """Object database: a YAML file or a folder with one, added to the shipped 48 objects unless it
+    says `only: true`; empty: the shipped ones alone."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,10 @@ def _descriptor(kind: Kind, ros_type: int) -> ParameterDescriptor:
 
 def declared_database(node: Node) -> ObjectDatabase:
     """Return the object database that the parameter `models` names; empty: the shipped one."""
-    return ObjectDatabase.load(declared(node, DatabaseConfig()).models or None)
+    database = ObjectDatabase.load(declared(node, DatabaseConfig()).models or None)
+    for note in database.notes:
+        node.get_logger().warning(note)
+    return database
 
 
 class IntentNode(Node):

@@ -46,6 +46,8 @@ def main(arguments: list[str] | None = None) -> int:
 
     try:
         database = ObjectDatabase.load(options.models)
+        for note in database.notes:
+            warn(note)
         shape = HandShapeConfig(file=options.shape)
         config = TrackerConfig(method=options.method, seed=options.seed, shape=shape)
         recording = track_bag(options.bag, database, config, chosen, warn, bag_input(options))
