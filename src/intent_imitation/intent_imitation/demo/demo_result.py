@@ -142,7 +142,7 @@ def _answer(plan: GraspPlan | None) -> list[str]:
     if plan is None:
         return ["robot           no task to imitate"]
     if not plan.grasps:
-        return [f"robot           nothing on its table affords {plan.task}"]
+        return [f"robot           {plan.refusal}"]
     best = plan.grasps[0]
     x, y, z = best.T_table_hand[:3, 3]
     return [

@@ -10,7 +10,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from intent_perception.bags.camera_info import camera_from, lens_from
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import (
     ColorImage,
@@ -22,6 +21,7 @@ from intent_perception.geometry.camera import (
     decode_depth,
     require_metres,
 )
+from intent_perception.geometry.lens import camera_from, lens_from
 
 NANOSECONDS = 1_000_000_000
 _SETTLED = 90

@@ -17,9 +17,10 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.safe_files import output_file, write_json
-from intent_perception.geometry.camera import RgbdFrame, clean_depth, depth_advice, read_camera
+from intent_perception.geometry.camera import RgbdFrame, clean_depth, depth_advice
 from intent_perception.geometry.cloud import read_cloud, view_cloud
 from intent_perception.geometry.coded_images import read_picture, write_picture
+from intent_perception.geometry.lens import read_lens
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.detection import Detector, DetectorConfig, Findings
 from intent_perception.recognition.overlay import overlay
@@ -36,7 +37,7 @@ def read_images(rgb: Path, depth: Path, scale: float, camera: Path) -> RgbdFrame
         rgb: colour image.
         depth: 16-bit depth image.
         scale: metres per unit of depth; from 1 on, units per metre.
-        camera: see `read_camera`.
+        camera: see `read_lens`.
 
     Raises:
         ValueError: if a file cannot be read or they do not fit each other.
@@ -53,8 +54,10 @@ def read_images(rgb: Path, depth: Path, scale: float, camera: Path) -> RgbdFrame
             "check --depth-scale (0.001 for millimetres)"
         )
     height, width = values.shape
-    rgb_image = np.ascontiguousarray(color[..., ::-1])
-    return RgbdFrame(0, rgb_image, metres, read_camera(camera, (width, height)))
+    rgb_image = np.ascontiguousarray(color[..., ::-1], dtype=np.uint8)
+    lens = read_lens(camera, (width, height))
+    straight = lens.rectified(rgb_image, nearest=False)
+    return RgbdFrame(0, straight, lens.rectified(metres, nearest=True), lens.camera)
 
 
 def report(findings: Findings, detector: Detector, T_out_camera: Array) -> list[dict[str, Any]]:
@@ -92,7 +95,9 @@ def main() -> None:
     parser.add_argument("--rgb", type=Path)
     parser.add_argument("--depth", type=Path)
     parser.add_argument("--depth-scale", type=float, default=0.001, help="metres per unit")
-    parser.add_argument("--camera", type=Path, help="JSON with fx, fy, cx, cy or K")
+    parser.add_argument(
+        "--camera", type=Path, help="ROS's camera yaml, or JSON with fx, fy, cx, cy or K"
+    )
     parser.add_argument("--cloud", type=Path, help="PLY with normals, instead of images")
     parser.add_argument("--unit", choices=("m", "mm"), default="m")
     parser.add_argument("--json", type=output_file, default="-")

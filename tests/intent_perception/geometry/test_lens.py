@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from intent_perception.bags.camera_info import camera_from, lens_from
 from intent_perception.bags.frame_assembly import FrameMessages, Straight, depth_from
 from intent_perception.geometry.camera import Camera, depth_advice
+from intent_perception.geometry.lens import camera_from, lens_from
 
 K = [500.0, 0.0, 320.0, 0.0, 510.0, 240.0, 0.0, 0.0, 1.0]
 DISTORTIONS = {

@@ -6,14 +6,18 @@ that are not rectified are undistorted once, with maps that are kept for all fra
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array
-from intent_perception.geometry.camera import Camera
+from intent_perception.basics.checked_files import read_yaml
+from intent_perception.basics.safe_files import write_text
+from intent_perception.geometry.camera import Camera, read_camera
 
 _MODELS = {"plumb_bob": (4, 5), "rational_polynomial": (8, 12, 14), "equidistant": (4,)}
 """Distortion models that are undone, and how many coefficients they have."""
@@ -143,3 +147,86 @@ def require_centered(camera: Camera) -> Camera:
             f"{round(2 * camera.cy)}: give the camera_info of these very images"
         )
     return camera
+
+
+def read_lens(path: Path, size: tuple[int, int] | None = None) -> Lens:
+    """Return the lens in a camera file: ROS's camera yaml, or JSON without distortion.
+
+    Args:
+        path: YAML as camera_calibration writes it (camera_matrix, distortion_coefficients, …), or
+            JSON, see `read_camera`.
+        size: columns and rows of the images; None = the file must say it.
+
+    Raises:
+        ValueError: if the file cannot be read, lacks a value or is of another image size.
+    """
+    if path.suffix.lower() not in (".yaml", ".yml"):
+        return Lens(require_centered(read_camera(path, size)), None)
+    stored = read_yaml(path)
+    try:
+        info = _Stored(
+            int(stored["image_width"]),
+            int(stored["image_height"]),
+            _numbers(stored, "camera_matrix", 9),
+            _numbers(stored, "projection_matrix", 12),
+            _numbers(stored, "rectification_matrix", 9),
+            _numbers(stored, "distortion_coefficients", 0),
+            str(stored.get("distortion_model", "plumb_bob")),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ValueError(
+            f"cannot read the camera {path}: expected image_width, image_height, camera_matrix and "
+            f"distortion_coefficients as in ROS's camera_info files, got {error!r}"
+        ) from error
+    if size is not None and size != (info.width, info.height):
+        raise ValueError(f"{path} is of images {info.width} x {info.height}, these are {size}")
+    try:
+        return lens_from(info)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+@dataclass(frozen=True)
+class _Stored:
+    """A camera file's content under the names of a CameraInfo."""
+
+    width: int
+    height: int
+    k: tuple[float, ...]
+    p: tuple[float, ...]
+    r: tuple[float, ...]
+    d: tuple[float, ...]
+    distortion_model: str
+
+
+def _numbers(stored: dict[str, Any], name: str, count: int) -> tuple[float, ...]:
+    """Return the numbers of a matrix; zeros where it is not there and may be missing."""
+    if name not in stored and count != 9:
+        return (0.0,) * count
+    if name == "rectification_matrix" and name not in stored:
+        return ()
+    values = tuple(float(value) for value in stored[name]["data"])
+    if count and len(values) != count:
+        raise ValueError(f"{name} of {len(values)} numbers")
+    return values
+
+
+def write_camera_yaml(path: Path | str, camera: Camera, name: str = "camera") -> None:
+    """Write the camera of rectified images as ROS's camera yaml."""
+    k = camera.matrix
+    content = {
+        "image_width": camera.width,
+        "image_height": camera.height,
+        "camera_name": name,
+        "camera_matrix": _matrix(k),
+        "distortion_model": "plumb_bob",
+        "distortion_coefficients": _matrix(np.zeros((1, 5))),
+        "rectification_matrix": _matrix(np.eye(3)),
+        "projection_matrix": _matrix(np.concatenate([k, np.zeros((3, 1))], axis=1)),
+    }
+    write_text(path, yaml.safe_dump(content, sort_keys=False))
+
+
+def _matrix(values: Array) -> dict[str, Any]:
+    rows, columns = values.shape
+    return {"rows": rows, "cols": columns, "data": [float(value) for value in values.ravel()]}
