@@ -4,7 +4,6 @@ Hypotheses are taken one by one, always the one that newly explains most, weight
 then each is put up again for choice with the others fixed, until nothing changes.
 """
 
-import heapq
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,71 +74,34 @@ def select(
     """
     quality = quality_of(evidence.counts)
     match = evidence.counts[:, MATCH]
-    usable = np.flatnonzero((quality >= least_quality) & (match >= least_pixels))
-    weight = quality[usable] ** _QUALITY_POWER * evidence.factors[usable]
-    least = np.maximum(least_pixels, least_new * match[usable])
-    race = _Race(evidence.values, evidence.windows[usable], weight, least, shape)
+    usable = (quality >= least_quality) & (match >= least_pixels)
+    weight = np.where(usable, quality**_QUALITY_POWER * evidence.factors, 0.0)
+    hopeful = np.flatnonzero(weight > 0.0)
+    weight, match, windows = weight[hopeful], match[hopeful], evidence.windows[hopeful]
+    contrary = against(evidence.values, windows)
     chosen: list[int] = []
-    race.fill(chosen)
+
+    def best() -> int | None:
+        if len(chosen) >= _MOST:
+            return None
+        explained = explained_by(evidence.values, windows, np.array(chosen, np.int64), shape)
+        new = gains(evidence.values, windows, explained)
+        worth = (new - contrary) * weight
+        worth[(new < least_pixels) | (new < least_new * match)] = 0.0
+        winner = int(np.argmax(worth)) if len(worth) else 0
+        return winner if len(worth) and worth[winner] > 0.0 else None
+
+    while (winner := best()) is not None:
+        chosen.append(winner)
     for _ in range(_ROUNDS if len(chosen) <= _FEW else 1):
         before = sorted(chosen)
         for old in before:
             chosen.remove(old)
-            race.reopen(old)
-            race.fill(chosen)
+            while (winner := best()) is not None:
+                chosen.append(winner)
         if sorted(chosen) == before:
             break
-    return usable[np.array(chosen, np.int64)]
-
-
-class _Race:
-    """Hypotheses that are added one by one, always the one that is worth most.
-
-    What a hypothesis is worth only falls while others are added, so its last known worth bounds it:
-    only those are judged anew whose bound is the highest.
-    """
-
-    def __init__(
-        self,
-        values: Floats,
-        windows: NDArray[np.int64],
-        weight: Floats,
-        least: Floats,
-        shape: tuple[int, int],
-    ) -> None:
-        self._values, self._windows, self._shape = values, windows, shape
-        self._weight, self._least = weight, least
-        nothing = np.zeros(shape, np.float32)
-        self._alone = np.array([self._worth(k, nothing) for k in range(len(windows))])
-        self._bounds = self._alone.copy()
-
-    def _worth(self, k: int, explained: Floats) -> float:
-        new, against = gains(self._values, self._windows[k : k + 1], explained)
-        return float((new[0] - against[0]) * self._weight[k]) if new[0] >= self._least[k] else 0.0
-
-    def fill(self, chosen: list[int]) -> None:
-        """Add to those chosen whatever is worth it."""
-        while len(chosen) < _MOST:
-            some = np.array(chosen, np.int64)
-            explained = explained_by(self._values, self._windows, some, self._shape)
-            queue = [(-bound, k) for k, bound in enumerate(self._bounds) if bound > 0.0]
-            heapq.heapify(queue)
-            judged: set[int] = set()
-            while queue and queue[0][1] not in judged:
-                k = queue[0][1]
-                self._bounds[k] = self._worth(k, explained)
-                judged.add(k)
-                heapq.heapreplace(queue, (-float(self._bounds[k]), k))
-            if not queue or queue[0][0] >= 0.0:
-                return
-            chosen.append(queue[0][1])
-
-    def reopen(self, k: int) -> None:
-        """Let those be worth more again that were held down by a hypothesis that is taken out."""
-        left, top, width, height, _ = self._windows.T
-        across = (left < left[k] + width[k]) & (left[k] < left + width)
-        along = (top < top[k] + height[k]) & (top[k] < top + height)
-        self._bounds = np.where(across & along, self._alone, self._bounds)
+    return hopeful[np.array(chosen, np.int64)]
 
 
 @kernel
@@ -159,18 +121,31 @@ def explained_by(
 
 
 @kernel
-def gains(values: Floats, windows: NDArray[np.int64], explained: Floats) -> tuple[Floats, Floats]:
-    """Return for each hypothesis the evidence it adds to what is explained, and that against it."""
-    count = len(windows)
-    new = np.zeros(count, np.float32)
-    against = np.zeros(count, np.float32)
-    for k in range(count):
+def gains(values: Floats, windows: NDArray[np.int64], explained: Floats) -> Floats:
+    """Return the evidence (N,) that each hypothesis adds to what is explained (H, W)."""
+    nothing = np.float32(0.0)
+    new = np.zeros(len(windows), np.float32)
+    for k in range(len(windows)):
         left, top, width, height, start = windows[k]
+        total = nothing
         for j in range(height):
+            row = values[start + j * width : start + (j + 1) * width]
+            before = explained[top + j, left : left + width]
             for i in range(width):
-                value = values[start + j * width + i]
-                if value < 0.0:
-                    against[k] -= value
-                elif value > explained[top + j, left + i]:
-                    new[k] += value - explained[top + j, left + i]
-    return new, against
+                total += max(row[i] - before[i], nothing)
+        new[k] = total
+    return new
+
+
+@kernel
+def against(values: Floats, windows: NDArray[np.int64]) -> Floats:
+    """Return the evidence (N,) against each hypothesis."""
+    nothing = np.float32(0.0)
+    sums = np.zeros(len(windows), np.float32)
+    for k in range(len(windows)):
+        start = windows[k, 4]
+        total = nothing
+        for value in values[start : start + windows[k, 2] * windows[k, 3]]:
+            total += max(-value, nothing)
+        sums[k] = total
+    return sums

@@ -14,6 +14,7 @@ from intent_perception.recognition.candidates import PoseJudge
 from intent_perception.recognition.confidence import confidence, features_of
 from intent_perception.recognition.conflict import (
     PixelEvidence,
+    against,
     explained_by,
     gains,
     quality_of,
@@ -378,9 +379,10 @@ class Detector:
         worth = drawing.worth(explained)
         if worth < _LEFT * self.config.least_pixels:
             return None
-        new, against = gains(evidence.values, evidence.windows, explained)
+        new = gains(evidence.values, evidence.windows, explained)
+        contrary = against(evidence.values, evidence.windows)
         quality = quality_of(evidence.counts) ** _SHARPNESS
-        rivals = (new - against) * quality * evidence.factors
+        rivals = (new - contrary) * quality * evidence.factors
         rival = float(np.max(rivals, where=models != model, initial=0.0))
         features = features_of(
             drawing,

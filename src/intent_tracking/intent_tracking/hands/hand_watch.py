@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_perception.basics.arrays import Array
-from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig, Hints
 from intent_tracking.hands.hand_square import HandSquare, square_of_key_points
 from intent_tracking.hands.key_point_start import KeyPointConfig, key_evidence
@@ -138,11 +138,19 @@ class HandWatch:
             hands = self._read(reader, frame, expectation)
             self._look(self._real(reader, hands, frame), expectation)
             self._note_rest(expectation)
+        self._note_keys(frame.camera)
+
+    def pretend(self, hand: SeenHand, camera: Camera) -> None:
+        """Take a hand for the one that is seen, until the next look."""
+        self.hand = hand
+        self._note_keys(camera)
+
+    def _note_keys(self, camera: Camera) -> None:
         seen = self.seen
         self._keys = {}
         if seen is not None:
             for side in SIDES:
-                self._keys[side] = key_evidence(seen, frame.camera, side, self._key_points)
+                self._keys[side] = key_evidence(seen, camera, side, self._key_points)
 
     def _may_skip(self, expectation: Expectation) -> bool:
         """Return whether this frame need not be read."""

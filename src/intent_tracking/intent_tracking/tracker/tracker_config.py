@@ -43,6 +43,8 @@ class TrackerConfig(Checked):
     """Cost of one frame above which they are tried at once, 0..2."""
     doubt_period: int = 5
     """Frames between such trials, 1..1000."""
+    vain_period: int = 4
+    """Most frames that trials in vain put off the next one, 0..1000."""
     still_frames: int = 4
     """Frames after which, at a table, only what has moved may be a new hand, 0..1000."""
     hand_reach: float = 0.22
