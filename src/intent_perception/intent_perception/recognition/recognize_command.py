@@ -134,7 +134,8 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
     seconds = time.process_time() - start
     if findings.segmentation.table is None and arguments.cloud is None:
         advice = depth_advice(frame.depth)
-        print(f"recognize: no table is seen: nothing was searched{advice}", file=sys.stderr)
+        searched = "things in the air were" if findings.hypotheses else "nothing was"
+        print(f"recognize: no table is seen: {searched} searched for{advice}", file=sys.stderr)
     if arguments.picture is not None:
         picture(frame, findings, detector, arguments.picture)
     return {
