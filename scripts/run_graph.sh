@@ -5,7 +5,7 @@
 #   --bag BAG      play this bag once the nodes are ready; without it they wait for a camera
 #   --rate R       play it at this speed, 1 = as recorded
 #   --lockstep     play it frame by frame, each once the one before has been answered
-#   --models DB    object database: a YAML file or a folder with one; default: the shipped 48 objects
+#   --models DB    objects of your own (YAML file or folder), added to the shipped 48; see README
 #   --params FILE  parameters of the nodes (see src/*/config)
 #   --topics C D I the bag's topics of colour, depth and camera_info; default: they are found
 #   --depth-scale  length of one unit of depth in metres; default: integers are millimetres
@@ -36,7 +36,7 @@ while [ $# -gt 0 ]; do
       [ $# -gt 1 ] || fail "$1 needs a value"
       given+=("$1" "$2") && arguments+=(-p "depth_scale:=$2") && shift 2
       ;;
-    -h | --help) sed -n '2,13s/^# \{0,1\}//p' "$0" && exit ;;
+    -h | --help) sed -n '2,12s/^# \{0,1\}//p' "$0" && exit ;;
     *) arguments+=("$1") && shift ;;
   esac
 done
