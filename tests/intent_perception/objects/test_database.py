@@ -16,7 +16,7 @@ from intent_perception.objects.database import ObjectDatabase, ObjectModel
 def database(folder: Path, shape: trimesh.Trimesh, **more: object) -> ObjectDatabase:
     shape.export(folder / "thing.stl")
     entry = {"name": "thing", "mesh": "thing.stl", "unit": "mm", "class": "tool"} | more
-    (folder / "mine.yaml").write_text(yaml.safe_dump({"objects": [entry]}))
+    (folder / "mine.yaml").write_text(yaml.safe_dump({"only": True, "objects": [entry]}))
     return ObjectDatabase.load(folder)
 
 

@@ -194,7 +194,7 @@ def test_without_network_files_the_trouble_names_the_command(tmp_path, monkeypat
     monkeypatch.setenv("INTENT_HAND_NETWORKS", str(tmp_path))
     watch = HandWatch(HandReaderConfig(), KeyPointConfig(), PERIOD)
     assert COMMAND in watch.trouble
-    watch.look(frame(), Expectation())
+    watch.look(frame(), Expectation(), lambda _: (0.5, 1.0))
     assert watch.seen is None
 
 

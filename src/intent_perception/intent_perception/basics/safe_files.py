@@ -125,7 +125,7 @@ def write_arrays(
         raise ValueError(f"expected arrays of numbers or texts, got objects in {objects}")
     memory = io.BytesIO()
     save = np.savez_compressed if compressed else np.savez
-    save(memory, **arrays)
+    save(memory, **arrays)  # type: ignore[arg-type]  # numpy 2 names an option like an array
     write_bytes(path, memory.getvalue())
 
 

@@ -1,10 +1,13 @@
 """One entry of an object database file -> ObjectModel; what the entry leaves out is computed.
 
-Optional keys of an entry: `color` [r, g, b] in 0..1; `mass` [kg] or `density` [kg/m³]; `friction`;
+Optional keys of an entry: `up` (x, y, z, -x, -y or -z: the axis of the file that points up from a
+standing vessel, or from a tool's handle to its working end; the object's frame is turned so that
+it becomes z, and the keys below are in that frame); `color` [r, g, b] in 0..1; `mass` [kg] or
+`density` [kg/m³]; `friction`;
 `functions` {opening: {center, normal, radius}, edge: {start, end, direction},
 face: {center, normal}, tip, handle: [names], functional: [names]};
 `symmetry` {axis, center, turns}; `stable_poses`; poses and turns are rows of 6 values, position
-and rotation vector; all lengths in these keys in m, in the frame of the mesh.
+and rotation vector; all lengths in these keys in m, in the frame of the object.
 """
 
 from pathlib import Path
@@ -19,6 +22,7 @@ from intent_perception.basics.safe_files import write_arrays
 from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.mesh import Mesh, read_mesh
 from intent_perception.geometry.transforms import make_pose, pose_from_vector, require_pose
+from intent_perception.objects.class_check import checked_class, shape_notes, turned_upright
 from intent_perception.objects.model import (
     Edge,
     Face,
@@ -35,7 +39,7 @@ UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Metres in each unit that a mesh may be stored in."""
 
 _KEYS = {"name", "mesh", "unit", "class"}
-_OPTIONAL = {"color", "mass", "density", "friction", "functions", "symmetry", "stable_poses"}
+_OPTIONAL = {"up", "color", "mass", "density", "friction", "functions", "symmetry", "stable_poses"}
 _LARGEST, _SMALLEST = 1.0, 0.005
 _FARTHEST = 10.0
 """Coordinates of an object [m] and turns [rad] beyond are mistakes."""
@@ -50,8 +54,8 @@ GREY = np.array([0.6, 0.6, 0.6])
 """Colour of objects whose mesh and entry give none: it says nothing."""
 
 
-def load_model(entry: dict[str, Any], file: Path) -> ObjectModel:
-    """Return the object of one entry of the database file.
+def load_entry(entry: dict[str, Any], file: Path) -> tuple[ObjectModel, tuple[str, ...]]:
+    """Return the object of one entry of the database file, and notes on what looks wrong with it.
 
     Raises:
         ValueError: for missing or unknown keys, a mesh that cannot be read, a wrong unit, or
@@ -67,18 +71,20 @@ def load_model(entry: dict[str, Any], file: Path) -> ObjectModel:
         raise ValueError(f"{where} {problem}; keys: {sorted(_KEYS)}, or {sorted(_OPTIONAL)}")
     given = {key: value for key, value in entry.items() if value is not None}
     try:
-        return _model(given, file.parent / str(given["mesh"]))
+        model, notes = _model(given, file.parent / str(given["mesh"]))
     except (
         ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError,
         np.linalg.LinAlgError, FloatingPointError,
     ) as error:  # fmt: skip
         raise ValueError(f"{where}: {error}") from error
+    return model, tuple(f"{where}: {note}" for note in notes)
 
 
-def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
+def _model(entry: dict[str, Any], path: Path) -> tuple[ObjectModel, list[str]]:
     name = str(entry["name"])
     if not name or any(character.isspace() or character == "/" for character in name):
         raise ValueError(f"expected a name without blanks and slashes, got {name!r}")
+    object_class, note = checked_class(str(entry["class"]))
     if entry["unit"] not in UNITS:
         raise ValueError(f"expected a unit of {', '.join(UNITS)}, got {entry['unit']!r}")
     scale = UNITS[entry["unit"]]
@@ -93,6 +99,14 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
         mesh, boxes = mesh.scaled(scale), None
     _check_size(mesh, str(entry["unit"]))
     _ = mesh.convex_hull  # refuses a flat sheet
+    notes = [note] if note else []
+    if "functions" not in entry or "up" in entry:  # who annotates a mesh knows its frame
+        turn, note = turned_upright(mesh, object_class, entry.get("up"))
+        notes += [note] if note else []
+        if not np.array_equal(turn, np.eye(4)):
+            mesh, boxes = mesh.transformed(turn), None
+            parts = parts and tuple(Part(p.name, p.mesh.transformed(turn)) for p in parts)
+        notes += shape_notes(mesh, object_class, str(entry["unit"]), UNITS)
     if "color" in entry:
         color = _vector(entry["color"], "color", farthest=1e3)
         if color.min() < 0.0 or color.max() > 1.0:
@@ -103,9 +117,9 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
         if "stable_poses" in entry
         else stable_poses(mesh, symmetry)
     )
-    return ObjectModel(
+    model = ObjectModel(
         name=name,
-        object_class=str(entry["class"]),
+        object_class=object_class,
         mesh=mesh,
         color=GREY if color is None else color,
         annotated_parts=parts,
@@ -116,6 +130,7 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
         stable_poses=poses,
         stored_boxes=boxes,
     )
+    return model, notes
 
 
 def write_parts(path: Path, model: ObjectModel) -> None:

@@ -75,5 +75,5 @@ def write_models(folder: Path, models: Iterable[ObjectModel]) -> None:
             "name": model.name, "class": model.object_class, "mesh": f"{model.name}.npz",
             "unit": "m", "color": [float(c) for c in model.color],
         })  # fmt: skip
-    text = yaml.safe_dump({"objects": entries}, sort_keys=False)
+    text = yaml.safe_dump({"only": True, "objects": entries}, sort_keys=False)
     write_text(folder / "models.yaml", text)

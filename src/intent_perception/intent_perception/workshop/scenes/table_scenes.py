@@ -63,7 +63,7 @@ def tabletop_scene(
         noise: of the camera; None = its defaults.
         standing: probability that an object is in its first (natural) resting pose.
     """
-    poses = _placed(models, rng, standing)
+    poses = placed_together(models, rng, standing)
     distance, down = rng.uniform(0.65, 1.05), np.radians(rng.uniform(20.0, 50.0))
     turn = rng.uniform(0.0, 2.0 * np.pi)
     ground = np.array([np.cos(turn), np.sin(turn)]) * np.cos(down)
@@ -89,7 +89,7 @@ def tabletop_scene(
     return TabletopScene(RgbdFrame(0, color, depth, KINECT), tuple(objects), T_table_camera)
 
 
-def _placed(
+def placed_together(
     models: Sequence[ObjectModel], rng: np.random.Generator, standing: float
 ) -> list[Array]:
     """Return T_table_object of each model; each but the first is pushed towards the middle."""
