@@ -4,6 +4,7 @@
 #        scripts/ros2.sh topic list [-t] | topic echo TOPIC [--once] | topic hz TOPIC
 #        scripts/ros2.sh node list
 #        scripts/ros2.sh param list NODE | param get NODE NAME | param set NODE NAME VALUE
+#        scripts/ros2.sh param describe NODE NAME
 #        scripts/ros2.sh interface show TYPE     e.g. intent_msgs/msg/TaskPosterior
 # ROS_DOMAIN_ID chooses whom it hears, as with ros2 (scripts/demo.sh plays in a domain of its own).
 set -euo pipefail

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 import rclpy
+from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_msgs.msg import Float64MultiArray, Header
@@ -32,7 +33,9 @@ def speaker() -> Iterator[Node]:
     """A node /left/speaker with a parameter, a latched topic and one that ticks at 50 Hz."""
     rclpy.init()
     node = Node("speaker", namespace="left")
-    node.declare_parameter("volume", 3)
+    loudness = ParameterDescriptor(description="How loud.")
+    loudness.integer_range = [IntegerRange(from_value=0, to_value=11, step=1)]
+    node.declare_parameter("volume", 3, loudness)
     node.create_publisher(Header, "latched", LATCHED).publish(Header(frame_id="table"))
     ticks = node.create_publisher(Header, "ticks", 10)
     node.create_timer(0.02, lambda: ticks.publish(Header()))
@@ -69,6 +72,11 @@ def test_a_parameter_is_read_set_and_read_again() -> None:
     assert ros2("param", "set", "/left/speaker", "volume", "7").stdout.endswith("successful\n")
     assert ros2("param", "get", "/left/speaker", "volume").stdout == "7\n"
     assert "  volume" in ros2("param", "list", "/left/speaker").stdout.splitlines()
+
+
+def test_a_parameter_is_described_with_its_range() -> None:
+    said = ros2("param", "describe", "/left/speaker", "volume").stdout
+    assert said == "volume (integer): How loud.\n  from 0 to 11\n"
 
 
 def test_the_rate_is_that_of_the_publisher() -> None:

@@ -2,7 +2,7 @@
 
 scripts/ros2.sh topic list [-t] | topic echo TOPIC [--once] | topic hz TOPIC | node list
 scripts/ros2.sh param list NODE | param get NODE NAME | param set NODE NAME VALUE
-scripts/ros2.sh interface show TYPE
+scripts/ros2.sh param describe NODE NAME | interface show TYPE
 """
 
 import argparse
@@ -96,6 +96,7 @@ def _parser() -> argparse.ArgumentParser:
     group("node", "list nodes")("list", _list_nodes)
     verb = group("param", "parameters of a node")
     verb("list", _list_parameters, "node_name")
+    verb("describe", _describe_parameter, "node_name", "parameter")
     verb("get", _get_parameter, "node_name", "parameter")
     verb("set", _set_parameter, "node_name", "parameter", "value")
     group("interface", "message types")("show", _show_interface, "type")
@@ -207,6 +208,18 @@ def _get_parameter(node: Node, node_name: str, parameter: str) -> None:
     if not values or values[0].type == Parameter.Type.NOT_SET.value:
         raise ValueError(f"{node_name} has no parameter {parameter}")
     print(parameter_value_to_python(values[0]))
+
+
+def _describe_parameter(node: Node, node_name: str, parameter: str) -> None:
+    """Print what a parameter means and what it may be."""
+    found = _answer(node, node_name, lambda c: c.describe_parameters([parameter])).descriptors
+    if not found or found[0].type == Parameter.Type.NOT_SET.value:
+        raise ValueError(f"{node_name} has no parameter {parameter}")
+    print(f"{parameter} ({Parameter.Type(found[0].type).name.lower()}): {found[0].description}")
+    for bounds in (*found[0].integer_range, *found[0].floating_point_range):
+        print(f"  from {bounds.from_value:g} to {bounds.to_value:g}")
+    if found[0].additional_constraints:
+        print(f"  {found[0].additional_constraints}")
 
 
 def _set_parameter(node: Node, node_name: str, parameter: str, value: str) -> None:
