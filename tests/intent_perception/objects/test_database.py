@@ -198,3 +198,9 @@ def test_shipped_boxes_are_those_that_the_mesh_decomposes_into(name):
     for stored, box in zip(model.stored_boxes, computed, strict=True):
         np.testing.assert_allclose(stored.center, box.center, atol=1e-4)
         np.testing.assert_allclose(stored.half_size, box.half_size, atol=1e-4)
+
+
+def test_the_example_is_a_model_of_which_little_is_left_to_compute(tmp_path):
+    own = database(tmp_path, trimesh.creation.box((60, 60, 90)))
+    assert own.example.stored_boxes is not None or len(own) == 1
+    assert ObjectDatabase.load().example.stored_boxes is not None

@@ -113,7 +113,7 @@ class GraspPlanner:
         self._model = model
         self._hand = GraspingHand.load(library.hand)
         self._source = HypothesisSource(database, library, self._hand, self._config.unshaken)
-        self._example = database.models[0]
+        self._example = database.example
         self._objects: RecognizedObjects | None = None
         self._chances: dict[tuple[str, str], tuple[Array, Array]] = {}
 

@@ -126,7 +126,7 @@ class IntentionEstimator:
     def rehearse(self) -> None:
         """Go through an invented grasp, so that the first real one finds everything loaded."""
         detector = GraspDetector(self._database)
-        for state in rehearsal_states(self._database.models[0], 12):
+        for state in rehearsal_states(self._database.example, 12):
             self.step(state)
             if (grasp := detector.step(state)) is not None:
                 self.step(grasp)

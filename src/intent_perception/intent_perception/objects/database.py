@@ -107,6 +107,14 @@ class ObjectDatabase:
         """Names of all objects, in order."""
         return tuple(model.name for model in self.models)
 
+    @property
+    def example(self) -> ObjectModel:
+        """The first model that comes with its boxes, so that little is left to compute; else the
+        first of all.
+        """
+        known = (model for model in self.models if model.stored_boxes is not None)
+        return next(known, self.models[0])
+
     def __getitem__(self, name: str) -> ObjectModel:
         """Return the object with a name."""
         for model in self.models:

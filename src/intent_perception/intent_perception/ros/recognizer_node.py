@@ -64,7 +64,7 @@ class RecognizerNode(IntentNode):
 
     def _rehearse(self) -> None:
         """Go through a rendered scene, so that the first real one finds everything loaded."""
-        for frame in rehearsal_frames(self._database.models[0], 3):
+        for frame in rehearsal_frames(self._database.example, 3):
             self._recognizer.step(frame)
         self._recognizer.reset()
 

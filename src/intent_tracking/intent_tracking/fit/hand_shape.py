@@ -29,11 +29,11 @@ from intent_tracking.scene.state_layout import HAND_SIZE, JOINTS
 
 _LEAST_SHARE, _GREATEST_SHARE = 0.3, 3.0
 """Of an average hand's size, thickness and bones, that a stored hand may have."""
-AVERAGE: Array = np.array([1.0, 1.12, *np.ones(SHAPE_SIZE - 2)])
+AVERAGE: Array = np.array([1.0, 1.06, *np.ones(SHAPE_SIZE - 2)])
 """Shape (22,) of grown-up hands before anything is known of one: fingers are thicker than
 GraspIt!'s. Calibrated thickness was 1.11 and 1.18 on two real recordings, 1.09-1.23 on ten films
 of seeds below 1000 and 1.17-1.25 on two shipped bags."""
-_SCALE_DEVIATION, _THICKNESS_DEVIATION, _BONE_DEVIATION = 0.06, 0.05, 0.03
+_SCALE_DEVIATION, _THICKNESS_DEVIATION, _BONE_DEVIATION = 0.06, 0.04, 0.03
 """Of the size of grown-up hands, of fingers' thickness and of single bones beside it, as shares."""
 _POINT_DEVIATION = 0.006  # that one observed point stands for [m]
 _FRAME_WEIGHT = 0.3  # share of a frame's information that its neighbours do not hold already

@@ -270,4 +270,7 @@ def _seen(
     identity: int, points: KeyPoints, square: HandSquare, right: float, age: int, sided: float
 ) -> SeenHand:
     presence = points.presence
-    return SeenHand(identity, points.pixels, points.shape, presence, right, square, age, sided)
+    looked = points.right
+    return SeenHand(
+        identity, points.pixels, points.shape, presence, right, square, age, sided, looked
+    )

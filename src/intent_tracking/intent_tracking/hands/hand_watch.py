@@ -170,7 +170,7 @@ class HandWatch:
     def _note_keys(self, camera: Camera) -> None:
         seen = self.seen
         self._keys = {}
-        if seen is not None:
+        if seen is not None and not seen.mirrored:
             for side in SIDES:
                 self._keys[side] = key_evidence(seen, camera, side, self._key_points)
 

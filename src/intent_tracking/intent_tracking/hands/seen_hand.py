@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from intent_perception.basics.arrays import Array
 from intent_tracking.hands.hand_square import HandSquare
 
+_MIRRORED = 0.6
+"""Difference of probabilities from which a look contradicts what is known of a hand's side."""
 PALM = [0, 5, 9, 13, 17]
 """Wrist and knuckles among the 21 joints and key points."""
 
@@ -39,3 +41,13 @@ class SeenHand:
     """Frames since it was found."""
     sided: float = 1.0
     """Looks that its side is known from, those in doubt and those long ago counting less."""
+    looked: float | None = None
+    """Probability that it is a right one by this look alone; None: as over the last frames."""
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether this look takes it for a hand of the other side: its key points are then those
+        of other fingers.
+        """
+        looked = self.right if self.looked is None else self.looked
+        return abs(looked - self.right) > _MIRRORED

@@ -24,7 +24,7 @@ class GraspDetectorNode(IntentNode):
         super().__init__("grasp_detector")
         database = declared_database(self)
         self._detector = GraspDetector(database, declared(self, GraspConfig()))
-        for state in rehearsal_states(database.models[0], 12):
+        for state in rehearsal_states(database.example, 12):
             self._detector.step(state)
         self._detector.reset()
         self._publisher = self.create_publisher(StableGrasp, "intent/stable_grasp", LATEST)

@@ -68,7 +68,7 @@ class TrackerNode(IntentNode):
         self._tf = self.create_publisher(TFMessage, "tf", 100)
         self._markers = self.create_publisher(MarkerArray, "intent/markers", LATCHED)
         self._workshop = ThreadPoolExecutor(1, initializer=lambda: stand_back(_PREPARING))
-        rehearse(self._tracker, self._database.models[0])
+        rehearse(self._tracker, self._database.example)
         self.reset()
         self.listen(RecognizedObjects, "intent/objects", self._on_objects, LATCHED)
         self._frames = FrameSubscription(self, self._on_frame)

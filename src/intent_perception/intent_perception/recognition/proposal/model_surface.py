@@ -1,6 +1,7 @@
 """What the recogniser keeps of one model: oriented surface points, and from where each is seen."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ class ModelSurface:
     """(P,) bit v is set when the point is seen from direction v of `view_directions`."""
 
 
+@cache
 def view_directions() -> Array:
     """Return unit vectors (42, 3) spread evenly over the sphere (an icosahedron halved once)."""
     golden = (1.0 + np.sqrt(5.0)) / 2.0
@@ -83,13 +85,11 @@ def _visibility(
     back = np.zeros(len(points), np.uint64)
     scale = 1.0 / min(1.0, model.diameter)  # the rasteriser refuses what is nearer than 5 cm
     vertices = model.mesh.vertices * scale
-    for bit, direction in enumerate(view_directions()):
-        up = np.array([1.0, 0.0, 0.0]) if abs(direction[2]) > 0.9 else np.array([0.0, 0.0, 1.0])
-        T_view = np.linalg.inv(look_at(direction * distance * scale, np.zeros(3), up))
+    away = np.array([0.0, 0.0, distance * scale])
+    for bit, (direction, turn) in enumerate(zip(view_directions(), _view_turns(), strict=True)):
         depth = np.full((_VIEW_PIXELS, _VIEW_PIXELS), NOTHING, np.float32)
-        seen = (vertices @ T_view[:3, :3].T + T_view[:3, 3]).astype(np.float32)
-        rasterize(seen, model.mesh.faces, intrinsics, depth)
-        camera_points = (points * scale) @ T_view[:3, :3].T + T_view[:3, 3]
+        rasterize((vertices @ turn + away).astype(np.float32), model.mesh.faces, intrinsics, depth)
+        camera_points = (points * scale) @ turn + away
         pixel = np.rint(camera_points[:, :2] / camera_points[:, 2:] * focal + center).astype(int)
         pixel = np.clip(pixel, 0, _VIEW_PIXELS - 1)
         facing = normals @ direction
@@ -100,6 +100,16 @@ def _visibility(
         front[visible & (facing > 0.2)] |= mark
         back[visible & (facing < -0.2)] |= mark
     return front, back
+
+
+@cache
+def _view_turns() -> Array:
+    """Return R_object_camera (42, 3, 3) of cameras in the view directions that look at it."""
+    turns = []
+    for direction in view_directions():
+        up = np.array([1.0, 0.0, 0.0]) if abs(direction[2]) > 0.9 else np.array([0.0, 0.0, 1.0])
+        turns.append(look_at(direction, np.zeros(3), up)[:3, :3])
+    return np.array(turns)
 
 
 @kernel
