@@ -24,7 +24,7 @@ def ros2(tmp_path: Path) -> dict[str, str]:
 
 
 def test_a_killed_node_is_named_with_its_signal(ros2: dict[str, str]) -> None:
-    code = SOURCED + "start p tracker 'kill -KILL $$'; start p inference 'sleep 1; exit 3'; watch"
+    code = SOURCED + "start p tracker 'kill -KILL $$'; start p inference 'sleep 4; exit 3'; watch"
     done = bash("-c", code, **ros2)
     assert done.returncode == 1
     first, second, last = done.stderr.strip().splitlines()

@@ -187,7 +187,7 @@ def _hertz(node: Node, topic: str, window: int) -> None:
 def _answer(node: Node, node_name: str, ask: Callable[[AsyncParameterClient], Any]) -> Any:
     """Return a node's answer to a question about its parameters."""
     client = AsyncParameterClient(node, node_name)
-    if not client.wait_for_services(5.0):
+    if not _discovered(node, client.services_are_ready, 8.0):
         raise ValueError(f"no node {node_name} answers; see scripts/ros2.sh node list")
     future = ask(client)
     rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
