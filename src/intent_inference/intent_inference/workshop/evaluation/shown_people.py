@@ -19,8 +19,8 @@ from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.labels import TASKS, label_grasp
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
+from intent_perception.objects.families.designed_object import DesignedObject, finish
 from intent_perception.objects.model import Functions, ObjectModel, Part
-from intent_perception.workshop.things.designed_object import DesignedObject, finish
 from intent_perception.workshop.things.object_catalogue import MAKERS
 from intent_tracking.workshop.person.acting.person_grasp import Grasp, Taker
 from intent_tracking.workshop.person.acting.reaching import Reach, plan_reaches
