@@ -1,5 +1,6 @@
 """Solids from cross-sections: lofts, hollow vessels and swept handles, and their convex parts."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,8 @@ SEGMENTS = 48
 WEDGES = 24
 """Convex wedges around a hollow wall."""
 
+Join = Callable[[list[Mesh]], Mesh]
+"""Makes one mesh of several: their union, or all of them side by side where they overlap little."""
 Piece = tuple[Mesh, list[Part]]
 """A closed solid and its convex parts."""
 _TO_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])

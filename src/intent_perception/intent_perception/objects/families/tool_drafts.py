@@ -12,6 +12,7 @@ from intent_perception.objects.families.designed_object import (
     DesignedObject,
 )
 from intent_perception.objects.families.solids import (
+    Join,
     Piece,
     along_x,
     loft,
@@ -47,6 +48,7 @@ def knife_draft(
     bolster: tuple[float, float, float] | None,
     mass: float,
     color: Color,
+    join: Join = union,
 ) -> DesignedObject:
     """Return a knife.
 
@@ -60,6 +62,7 @@ def knife_draft(
         bolster: half height, half thickness, length of the metal collar [m], or none.
         mass: mass [kg].
         color: RGB.
+        join: makes one mesh of the pieces.
     """
     share = np.linspace(0.0, 1.0, 33) ** 0.9
     heights = start + length * share
@@ -80,7 +83,7 @@ def knife_draft(
         ]
         pieces.append(rod("bolster", rows, 0))
     return DesignedObject(
-        mesh=union([mesh for mesh, _ in pieces]),
+        mesh=join([mesh for mesh, _ in pieces]),
         parts=tuple(part for _, parts in pieces for part in parts),
         functions=Functions(
             edge=Edge(
@@ -114,11 +117,12 @@ def hammer_draft(
     color: Color,
     symmetry: Symmetry = NOTHING,
     power: int = 2,
+    join: Join = union,
 ) -> DesignedObject:
     """Return a hammer whose face is at x, z = face."""
     pieces = [rod("handle", grip, power), *head]
     return DesignedObject(
-        mesh=union([mesh for mesh, _ in pieces]),
+        mesh=join([mesh for mesh, _ in pieces]),
         parts=tuple(part for _, parts in pieces for part in parts),
         functions=Functions(
             face=Face(np.array([face[0], 0.0, face[1]]), np.array([1.0, 0.0, 0.0])),
@@ -146,6 +150,7 @@ def screwdriver_draft(
     times: int = 2,
     extra: list[Piece] | None = None,
     lobes: int = 6,
+    join: Join = union,
 ) -> DesignedObject:
     """Return a screwdriver whose shaft leaves the handle at a height.
 
@@ -162,6 +167,7 @@ def screwdriver_draft(
         times: roundings of the handle.
         extra: more pieces of the handle.
         lobes: grooves around the handle.
+        join: makes one mesh of the pieces.
     """
     end = start + length
     point = max(0.012, 3.0 * radius)
@@ -183,7 +189,7 @@ def screwdriver_draft(
     pieces = [rod("handle", grip, times, lobes), *(extra or [])]
     pieces += [rod("shaft", shaft, 0), rod("tip", work, 0, 4)]
     return DesignedObject(
-        mesh=union([mesh for mesh, _ in pieces]),
+        mesh=join([mesh for mesh, _ in pieces]),
         parts=tuple(part for _, parts in pieces for part in parts),
         functions=Functions(
             tip=np.array([0.0, 0.0, end]), handle=("handle",), functional=("shaft", "tip")

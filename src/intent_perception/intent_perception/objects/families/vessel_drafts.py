@@ -10,6 +10,7 @@ from intent_perception.objects.families.designed_object import (
     DesignedObject,
 )
 from intent_perception.objects.families.solids import (
+    Join,
     loft,
     loft_parts,
     rings_of,
@@ -86,7 +87,7 @@ def glass_draft(
 
 def mug_draft(
     rows: list[Array], wall: float, mass: float, color: Color, low: float, high: float,
-    reach: float, thickness: float, width: float, bend: float = 0.7,
+    reach: float, thickness: float, width: float, bend: float = 0.7, times: int = 2, join: Join = union,
 ) -> DesignedObject:  # fmt: skip
     """Return a mug with a handle at +x.
 
@@ -101,8 +102,10 @@ def mug_draft(
         thickness: half thickness of the handle, seen from the side [m].
         width: half width of the handle [m].
         bend: 1 = half ellipse; less = squarer.
+        times: roundings of the outline.
+        join: makes one mesh of body and handle.
     """
-    sections = rounded(rows)
+    sections = rounded(rows, times)
     body = vessel(sections, wall, 0.006)
     outline = _handle_path(sections, wall, (low, high), reach, bend)
     rings = sweep(outline, thickness, width)
@@ -110,7 +113,7 @@ def mug_draft(
     for start in range(0, len(rings) - 1, 4):
         parts += loft_parts("handle", rings[start : start + 5, ::2], 0.2)
     return DesignedObject(
-        mesh=union([body.mesh, loft(rings)]),
+        mesh=join([body.mesh, loft(rings)]),
         parts=tuple(parts),
         functions=Functions(
             opening=_opening(float(sections[-1, 0]), body.radius), handle=("handle",)
