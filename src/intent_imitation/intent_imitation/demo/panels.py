@@ -68,7 +68,7 @@ def picture_of_objects(
     bodies, weights = [], []
     for index, item in enumerate(objects.objects):
         color = MARKED_COLOR if item.id == marked else OBJECT_COLORS[index % len(OBJECT_COLORS)]
-        bodies.append(DrawnBody(known[item.model].mesh, item.T_table_object, color))
+        bodies.append(DrawnBody((item.shape or known[item.model]).mesh, item.T_table_object, color))
         weights.append(0.6 if item.id == marked else 0.32)
     canvas = overlay(frame.color, frame.camera, objects.T_table_camera, bodies, weights, _SCALE)
     corners = [_pixels(frame.camera, objects.T_table_camera, body) for body in bodies]

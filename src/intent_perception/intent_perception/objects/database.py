@@ -6,8 +6,9 @@ Those four keys are enough for any mesh; the optional ones are `color`, `mass`, 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Protocol
 
 from intent_perception import SHARE
 from intent_perception.basics.checked_files import read_yaml
@@ -32,6 +33,7 @@ __all__ = [
     "Face",
     "Functions",
     "Mesh",
+    "ModelSource",
     "ObjectDatabase",
     "ObjectModel",
     "Opening",
@@ -41,8 +43,24 @@ __all__ = [
 
 SHIPPED = SHARE / "objects" / "objects.yaml"
 """The database of 6 classes x 8 objects."""
+REVISION = "~"
+"""Stands in a name between an estimated thing and the revision of its shape."""
+_KEPT = 3
+"""Revisions of one thing's shape that are remembered."""
 CLUTTER = SHARE / "objects" / "clutter.yaml"
 """Household things of other classes: toy car, box, ball …"""
+
+
+class ModelSource(Protocol):
+    """Where an object is looked up by the name of its model: a database, or any mapping."""
+
+    def __getitem__(self, name: str, /) -> ObjectModel:
+        """Return the object with a name."""
+        ...
+
+    def __contains__(self, name: object, /) -> bool:
+        """Return whether there is one."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +69,8 @@ class ObjectDatabase:
 
     models: tuple[ObjectModel, ...]
     """The objects; names are unique."""
+    estimated: dict[str, ObjectModel] = field(default_factory=dict)
+    """Shapes of things that are in no file, learnt while a run goes on; by name."""
 
     def __post_init__(self) -> None:
         """Refuse two objects of one name."""
@@ -89,16 +109,31 @@ class ObjectDatabase:
         """Names of all objects, in order."""
         return tuple(model.name for model in self.models)
 
+    def learn(self, model: ObjectModel) -> None:
+        """Take an estimated shape; who looks it up by its name finds it from now on.
+
+        A shape has the name of its thing with a revision behind `REVISION`. The one before is kept
+        for those who still follow it, older ones are forgotten.
+        """
+        self.estimated.pop(model.name, None)
+        thing = model.name.rpartition(REVISION)[0]
+        of_thing = [name for name in self.estimated if name.rpartition(REVISION)[0] == thing]
+        for name in of_thing[: -(_KEPT - 1)]:
+            del self.estimated[name]
+        self.estimated[model.name] = model
+
     def __getitem__(self, name: str) -> ObjectModel:
-        """Return the object with a name."""
+        """Return the object or the estimated shape with a name."""
+        if name in self.estimated:
+            return self.estimated[name]
         for model in self.models:
             if model.name == name:
                 return model
         raise ValueError(f"expected one of {', '.join(self.names)}, got {name!r}")
 
-    def __contains__(self, name: str) -> bool:
-        """Return whether an object has this name."""
-        return name in self.names
+    def __contains__(self, name: object) -> bool:
+        """Return whether an object or an estimated shape has this name."""
+        return name in self.estimated or name in self.names
 
     def __iter__(self) -> Iterator[ObjectModel]:
         """Go through the objects in order."""

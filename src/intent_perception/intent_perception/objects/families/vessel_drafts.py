@@ -38,16 +38,19 @@ def bottle_draft(
 ) -> DesignedObject:
     """Return a closed bottle; parts above a height are shoulder and neck."""
     sections = rounded(rows)
-    rings = rings_of(sections)
-    coarse = rings_of(sections, 24)
-    cuts = [0, *np.searchsorted(sections[:, 0], [shoulder_from, neck_from]), len(rings) - 1]
-    parts: list[Part] = []
-    for name, low, high in zip(("body", "shoulder", "neck"), cuts[:-1], cuts[1:], strict=True):
-        parts += loft_parts(name, coarse[int(low) : int(high) + 1])
     top = sections[-1]
+
+    def parts() -> tuple[Part, ...]:
+        coarse = rings_of(sections, 24)
+        cuts = [0, *np.searchsorted(sections[:, 0], [shoulder_from, neck_from]), len(coarse) - 1]
+        made: list[Part] = []
+        for name, low, high in zip(("body", "shoulder", "neck"), cuts[:-1], cuts[1:], strict=True):
+            made += loft_parts(name, coarse[int(low) : int(high) + 1])
+        return tuple(made)
+
     return DesignedObject(
-        mesh=loft(rings),
-        parts=tuple(parts),
+        mesh=loft(rings_of(sections)),
+        parts=parts,
         functions=Functions(
             opening=_opening(float(top[0]), float(top[3]) - 0.002),
             functional=("neck",),
@@ -75,7 +78,7 @@ def glass_draft(
     made = vessel(sections, wall, floor, lobes)
     return DesignedObject(
         mesh=made.mesh,
-        parts=made.parts,
+        parts=lambda: made.parts,
         functions=Functions(opening=_opening(float(sections[-1, 0]), made.radius)),
         symmetry=symmetry,
         mass=mass,
@@ -86,9 +89,19 @@ def glass_draft(
 
 
 def mug_draft(
-    rows: list[Array], wall: float, mass: float, color: Color, low: float, high: float,
-    reach: float, thickness: float, width: float, bend: float = 0.7, times: int = 2, join: Join = union,
-) -> DesignedObject:  # fmt: skip
+    rows: list[Array],
+    wall: float,
+    mass: float,
+    color: Color,
+    low: float,
+    high: float,
+    reach: float,
+    thickness: float,
+    width: float,
+    bend: float = 0.7,
+    times: int = 2,
+    join: Join = union,
+) -> DesignedObject:
     """Return a mug with a handle at +x.
 
     Args:
@@ -109,12 +122,16 @@ def mug_draft(
     body = vessel(sections, wall, 0.006)
     outline = _handle_path(sections, wall, (low, high), reach, bend)
     rings = sweep(outline, thickness, width)
-    parts = list(body.parts)
-    for start in range(0, len(rings) - 1, 4):
-        parts += loft_parts("handle", rings[start : start + 5, ::2], 0.2)
+
+    def parts() -> tuple[Part, ...]:
+        made = list(body.parts)
+        for start in range(0, len(rings) - 1, 4):
+            made += loft_parts("handle", rings[start : start + 5, ::2], 0.2)
+        return tuple(made)
+
     return DesignedObject(
         mesh=join([body.mesh, loft(rings)]),
-        parts=tuple(parts),
+        parts=parts,
         functions=Functions(
             opening=_opening(float(sections[-1, 0]), body.radius), handle=("handle",)
         ),

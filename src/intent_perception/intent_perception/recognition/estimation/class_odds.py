@@ -1,4 +1,4 @@
-"""Which class a thing is of, from what is measured of it: one hidden layer, fitted to renderings."""
+"""Which class a thing is of, from what is measured of it: small networks fitted to renderings."""
 
 from functools import cache
 

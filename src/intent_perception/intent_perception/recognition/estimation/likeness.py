@@ -39,8 +39,8 @@ def likeness_of(
     mesh: Mesh, T_table_mesh: Array, thing: Thing, scene: SceneView, T_table_camera: Array
 ) -> Likeness:
     """Return how like a thing a mesh at a pose is."""
-    T = inverse(T_table_camera) @ T_table_mesh
-    pose = np.concatenate([T[:3, :3].ravel(), T[:3, 3]]).astype(np.float32)
+    T_camera_mesh = inverse(T_table_camera) @ T_table_mesh
+    pose = np.concatenate([T_camera_mesh[:3, :3].ravel(), T_camera_mesh[:3, 3]]).astype(np.float32)
     left, top, depth = draw(
         pose, mesh.vertices.astype(np.float32), mesh.faces, scene.intrinsics, *scene.shape
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_perception.basics.arrays import Array
+from intent_perception.basics.arrays import Array, Mask
 from intent_perception.recognition.estimation.revolution import Revolution, fit_revolution
 from intent_perception.recognition.estimation.squeezed import fit_squeezed
 from intent_perception.recognition.estimation.things import Thing
@@ -33,7 +33,7 @@ class Outline:
     """The same with a section of any shape, where a round one does not fit."""
     lying: Revolution | None
     """Around a level one, its thick end first."""
-    handle: Array
+    handle: Mask
     """(N,) whether a point may be of a handle of the standing body."""
     long_axes: Array
     """(3, 3) rows: along a flat thing, its wide end last; across; up."""
@@ -131,7 +131,7 @@ def long_frame(points: Array) -> tuple[Array, Array, float]:
     return axes, 0.5 * (low + high) @ axes[:2, :2], float(high[0] - low[0])
 
 
-def _handle_points(thing: Thing, body: Revolution | None) -> Array:
+def _handle_points(thing: Thing, body: Revolution | None) -> Mask:
     """Return which points (N,) stand off a standing body as a handle does."""
     none = np.zeros(len(thing.points), dtype=bool)
     if body is None:
@@ -144,10 +144,10 @@ def _handle_points(thing: Thing, body: Revolution | None) -> Array:
     mean = np.arctan2(np.median(np.sin(angle)), np.median(np.cos(angle)))
     beside = -np.sin(mean) * places[:, 0] + np.cos(mean) * places[:, 1]
     ahead = np.cos(mean) * places[:, 0] + np.sin(mean) * places[:, 1] > 0.0
-    return off & ahead & (np.abs(beside) < _HANDLE_WIDE)
+    return np.asarray(off & ahead & (np.abs(beside) < _HANDLE_WIDE))
 
 
-def _standing_features(thing: Thing, body: Revolution | None, handle: Array) -> Array:
+def _standing_features(thing: Thing, body: Revolution | None, handle: Mask) -> Array:
     if body is None:
         return np.concatenate([[0.0, 1.0, 0.0, 1.0, 1.0], np.zeros(_SAMPLES + 12)])
     places, h = body.places(thing.points), max(thing.height, 1e-3)
@@ -188,7 +188,7 @@ def _standing_features(thing: Thing, body: Revolution | None, handle: Array) -> 
     )
 
 
-def _handle_features(thing: Thing, body: Revolution, handle: Array) -> Array:
+def _handle_features(thing: Thing, body: Revolution, handle: Mask) -> Array:
     """Return share, reach and upright span of what stands off the body."""
     off = (body.gaps > _OFF).mean()
     if handle.sum() < 8:

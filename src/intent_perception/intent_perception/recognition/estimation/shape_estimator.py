@@ -43,6 +43,8 @@ class EstimatedShape:
     """How well the shape explains what is seen."""
     thing: Thing
     """What it was estimated from."""
+    odds: Array
+    """(7,) probability of each of `class_odds.CLASSES`."""
 
 
 def estimated_shapes(
@@ -82,7 +84,7 @@ def estimated_shape(
     confidence = float(odds[CLASSES.index(object_class)])
     model = finish(_weighed(draft.made, object_class), "estimated", object_class)
     T_table_object = draft.T_table_draft @ make_pose(np.eye(3), draft.made.mesh.bounds.mean(axis=0))
-    return EstimatedShape(model, T_table_object, confidence, likeness, thing)
+    return EstimatedShape(model, T_table_object, confidence, likeness, thing, odds)
 
 
 def _stands_up(special: Likeness, plain: Likeness | None) -> bool:

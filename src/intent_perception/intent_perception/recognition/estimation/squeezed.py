@@ -105,7 +105,7 @@ class _Sight:
         middle = float(origin @ self._right)
         miss = abs(middle + half - self._high) + abs(middle - half - self._low)
         habit = (aspect - _USUAL[0]) ** 2 + 0.05 * (power - _USUAL[1]) ** 2
-        return float(surface) + _OUTLINE * min(miss / 0.01, 3.0) + _HABIT * habit
+        return float(surface + _OUTLINE * min(miss / 0.01, 3.0) + _HABIT * habit)
 
 
 @kernel

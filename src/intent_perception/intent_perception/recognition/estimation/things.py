@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats, Mask
 from intent_perception.scene.scene_view import SceneView
@@ -18,6 +19,8 @@ _MOST = 1400
 """Points of a thing that fits look at."""
 _LEAST_HEIGHT = 0.010
 """What reaches no higher is a mark or a sheet on the table [m]."""
+_FLATTEST, _MUCH_FLAT = 0.006, 120
+"""Unless so many points beside it have another colour than the table [m]."""
 _JUMP = 0.02
 """A neighbour nearer to the camera by this hides what is behind it [m]."""
 _BORDER = 3
@@ -80,12 +83,13 @@ def things_in(scene: SceneView, T_table_camera: Array, rng: np.random.Generator)
         mask = labels == number
         if mask.sum() >= _SMALLEST:
             thing = thing_of(scene, mask, T_table_camera, rng)
-            if thing.height >= _LEAST_HEIGHT:
+            flat = thing.height >= _FLATTEST and len(thing.flat) >= _MUCH_FLAT
+            if thing.height >= _LEAST_HEIGHT or flat:
                 found.append(thing)
     return found
 
 
-def _apart(scene: SceneView, T_table_camera: Array) -> tuple[Array, int]:
+def _apart(scene: SceneView, T_table_camera: Array) -> tuple[NDArray[np.int32], int]:
     """Return labels (H, W) of what stands apart, seen from above; 0 = nothing."""
     rows, columns = np.nonzero(scene.parts.mask == 1)
     points = scene.points[rows, columns].astype(np.float64)
@@ -103,7 +107,7 @@ def _apart(scene: SceneView, T_table_camera: Array) -> tuple[Array, int]:
     closed = cv2.morphologyEx(filled, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, above = cv2.connectedComponents(closed, connectivity=8)
     labels[rows, columns] = above[cells[:, 0], cells[:, 1]]
-    return labels, count
+    return labels, int(count)
 
 
 def thing_of(

@@ -124,7 +124,7 @@ def knife(thing: Thing, outline: Outline) -> Draft | None:
     thick = float(np.clip(np.median(strip.tall[:boundary]), 0.006, 0.030))
     halves = np.clip(0.5 * strip.wide[:boundary], 0.005, 0.025)
     grip = grip_rows(
-        [(0.0, 0.9 * halves[0], 0.42 * thick)]
+        [(0.0, 0.9 * float(halves[0]), 0.42 * thick)]
         + [(float((k + 0.5) * step), float(h), 0.5 * thick) for k, h in enumerate(halves)]
         + [(start, float(halves[-1]), 0.45 * thick)]
     )

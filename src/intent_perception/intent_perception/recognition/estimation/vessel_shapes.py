@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 
-from intent_perception.basics.arrays import Array
+from intent_perception.basics.arrays import Array, Mask
 from intent_perception.geometry.mesh import merge_meshes
 from intent_perception.geometry.transforms import make_pose
 from intent_perception.objects.families.designed_object import AXIS, NOTHING, DesignedObject
@@ -13,12 +13,12 @@ from intent_perception.objects.families.solids import (
     rings_of,
     rounded,
     row,
-    vessel,
+    simplified,
 )
 from intent_perception.objects.families.vessel_drafts import bottle_draft, glass_draft, mug_draft
 from intent_perception.objects.model import Functions
 from intent_perception.recognition.estimation.estimated_parts import Draft, color_of
-from intent_perception.recognition.estimation.outlines import Outline
+from intent_perception.recognition.estimation.outlines import Outline, turned_round
 from intent_perception.recognition.estimation.revolution import Revolution
 from intent_perception.recognition.estimation.things import Thing
 
@@ -28,8 +28,11 @@ _FLOOR = 0.009
 _THIN = 0.38  # a stem is thinner than this share of the widest
 _ROUND = 2.05
 _KNOTS = 18
+_STRAIGHT = 0.0006  # outlines this near to straight are [m]
 _HANDLE_THICK = 0.0045
 _HANDLE_WIDE = 0.0075
+_LEVEL = 0.85  # cosine between the axis and the normal of an inside bottom
+_ENOUGH = 15
 _OPEN_SHARE = 0.25  # from this depth on, as a share of the height, a thing is hollow
 
 
@@ -57,28 +60,21 @@ def lying_vessel(thing: Thing, outline: Outline, object_class: str) -> Draft | N
     low, high = (float(q) for q in np.quantile(along, [0.005, 0.995]))
     hollow = bool(inside.mean() > 0.02)
     if object_class in ("glass", "mug", "") and _opens_backwards(body, along, inside, object_class):
-        body = _reversed(body)
+        body = turned_round(body)
         low, high = -high, -low
-    rows = _rows(body, low, high)
-    rows = np.array(rows)
-    rows[:, 0] -= low
+    sections = np.stack(_rows(body, low, high))
+    sections[:, 0] -= low
     kind = "glass" if object_class == "mug" else object_class
-    made = _round_thing(thing, body, list(rows), kind, hollow or kind == "glass")
+    made = _round_thing(thing, body, list(sections), kind, hollow or kind == "glass")
     point = body.point + low * body.axes[2]
     return Draft(made, make_pose(body.axes.T, point))
 
 
-def _reversed(body: Revolution) -> Revolution:
-    from intent_perception.recognition.estimation.outlines import turned_round
-
-    return turned_round(body)
-
-
-def _opens_backwards(body: Revolution, along: Array, inside: Array, object_class: str) -> bool:
+def _opens_backwards(body: Revolution, along: Array, inside: Mask, object_class: str) -> bool:
     """Return whether the end at which an axis begins is the open one."""
     middle = 0.5 * (body.heights[0] + body.heights[-1])
     if inside.mean() > 0.02:
-        return float(np.median(along[inside])) < middle
+        return bool(np.median(along[inside]) < middle)
     return object_class != ""  # the thick end comes first, and glasses are wide at the rim
 
 
@@ -94,19 +90,23 @@ def _hollow(thing: Thing, body: Revolution) -> bool:
 
 
 def _rows(body: Revolution, low: float, high: float) -> list[Array]:
-    """Return cross-sections (7,) of a body from one height to another [m]."""
+    """Return cross-sections (7,) of a body from one height to another [m].
+
+    Below what the segmentation leaves of it a body goes on as it is.
+    """
     radii = median_filter(body.radii, 3, mode="nearest")
     radii = gaussian_filter1d(radii, 0.7, mode="nearest")
     heights = body.heights
-    # Below what the segmentation leaves of it a body goes on as it is.
     knots = np.concatenate([[low, low + 0.004], np.linspace(low, high, _KNOTS)[1:-1], [high]])
     widths = np.maximum(np.interp(knots, heights, radii), 0.0025)
     widths[0] *= 0.96
-    power = body.power
-    return [
-        row(float(z), float(r), float(r * body.aspect), float(power))
-        for z, r in zip(knots, widths, strict=True)
-    ]
+    rows = np.stack(
+        [
+            row(float(z), float(r), float(r * body.aspect), body.power)
+            for z, r in zip(knots, widths, strict=True)
+        ]
+    )
+    return list(simplified(rows, _STRAIGHT))
 
 
 def _round_thing(
@@ -122,14 +122,13 @@ def _round_thing(
         shoulder, neck = _neck(heights, widths)
         return bottle_draft(rows, neck, shoulder, 0.4, color, symmetry)
     if object_class == "glass" or hollow:
-        floor = _floor(heights, widths)
-        wall = min(_WALL[object_class], 0.2 * float(widths[-1]))
+        floor, wall = _inside(thing, body, heights, widths, _WALL[object_class])
         return glass_draft(rows, wall, floor, 0.25, color, 1, symmetry)
     sections = rounded(rows, 1)
     rings = rings_of(sections, 32)
     return DesignedObject(
         mesh=loft(rings),
-        parts=tuple(loft_parts("body", rings_of(sections, 24), 0.03)),
+        parts=lambda: tuple(loft_parts("body", rings_of(sections, 24), 0.03)),
         functions=Functions(),
         symmetry=symmetry,
         mass=0.3,
@@ -150,11 +149,27 @@ def _neck(heights: Array, widths: Array) -> tuple[float, float]:
     return min(shoulder, neck - 0.004), neck
 
 
-def _floor(heights: Array, widths: Array) -> float:
-    """Return the height of a glass's inside bottom: above the stem, if it has one [m]."""
+def _inside(
+    thing: Thing, body: Revolution, heights: Array, widths: Array, usual: float
+) -> tuple[float, float]:
+    """Return the height of a hollow thing's inside bottom and the thickness of its wall [m].
+
+    Both from what is seen of the inside, else as is usual: above the stem, if there is one.
+    """
     thin = np.flatnonzero((widths < _THIN * widths.max()) & (heights < 0.8 * heights[-1]))
     floor = float(heights[thin[-1]]) + 0.012 if len(thin) else _FLOOR
-    return float(np.clip(floor, 0.004, 0.85 * heights[-1]))
+    places = body.places(thing.points)
+    places[:, 2] += heights[-1] - float(np.quantile(places[:, 2], 0.995))
+    inwards = np.einsum("ij,ij->i", thing.normals @ body.axes[:2].T, places[:, :2]) < 0.0
+    level = thing.normals @ body.axes[2] > _LEVEL
+    gap = -body.gaps
+    low = level & (gap > 2.0 * usual) & (places[:, 2] < 0.7 * heights[-1])
+    if low.sum() > _ENOUGH:
+        floor = float(np.median(places[low, 2]))
+    steep = inwards & ~level & (gap > 0.0) & (places[:, 2] < 0.95 * heights[-1])
+    wall = float(np.median(gap[steep])) if steep.sum() > _ENOUGH else usual
+    wall = float(np.clip(wall, 0.5 * usual, min(3.0 * usual, 0.25 * float(widths[-1]))))
+    return float(np.clip(floor, 0.003, 0.85 * heights[-1])), wall
 
 
 def _mug(
@@ -185,6 +200,3 @@ def _mug(
         _HANDLE_THICK, _HANDLE_WIDE, 0.7, times=1, join=merge_meshes,
     )  # fmt: skip
     return Draft(made, T_table_draft @ spun)
-
-
-__all__ = ["lying_vessel", "standing_vessel", "vessel"]

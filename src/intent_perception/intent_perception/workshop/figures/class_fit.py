@@ -66,9 +66,7 @@ def fitted(features: Array, classes: Array, origin: Array) -> tuple[dict[str, Ar
         held = origin % _FOLDS == fold
         for net in _nets(values[~held], classes[~held]):
             scores[held] += np.log(net.predict_proba(values[held]) + 1e-9) / _NETS
-    sharpness = min(
-        np.linspace(0.4, 1.4, 41), key=lambda s: _surprise(scores * s, classes)
-    )
+    sharpness = min(np.linspace(0.4, 1.4, 41), key=lambda s: _surprise(scores * s, classes))
     nets = _nets(values, classes)
     weights = {
         "mean": mean,

@@ -31,6 +31,7 @@ from intent_perception.workshop.figures.benchmark_plan import (
     pose_difference,
     scenes,
 )
+from intent_perception.workshop.figures.benchmark_unseen import real_tabletop, unseen_instances
 from intent_perception.workshop.figures.machine import machine
 from intent_perception.workshop.figures.real_scenes import (
     COUNTED,
@@ -172,6 +173,8 @@ PARTS: dict[str, Callable[[Plan], Any]] = {
     "parametric_48": lambda plan: parametric(plan, 8),
     "uwa_rs1": uwa_rs1,
     "ycb_frames": ycb_frames,
+    "real_tabletop": real_tabletop,
+    "unseen_instances": unseen_instances,
     "peers": lambda plan: {
         "open3d": open3d_peer(plan),
         "ppf_match_3d": {"parametric_6": ppf_tabletop(plan), "uwa_rs1": ppf_uwa(plan)},

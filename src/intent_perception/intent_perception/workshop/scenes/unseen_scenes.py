@@ -1,4 +1,4 @@
-"""Scenes of things that are in no database: drawn anew, or made by artists and scanned by others."""
+"""Scenes of things that are in no database: drawn anew, made by artists, scanned by others."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +21,7 @@ from intent_perception.workshop.things.unseen_things import OF_CLASS, unseen_thi
 _GAPS = (0.02, 0.10)
 _DISTANCES = (0.60, 1.05)
 _STANDING = 0.8
-_NONE = 0.30  # share of things that belong to no class
+_NONE = 0.36  # share of things that belong to no class
 _FROM_FILE = 0.35
 _HELD_BACK = 1000  # from this seed on all files are used, below it every second one
 _UP = {
@@ -100,7 +100,7 @@ FILES: dict[str, tuple[tuple[str, str], ...]] = {
         ("ycb_bop/061_foam_brick.ply", "z"),
     ),
 }
-"""Meshes of others by class: file in the folder of meshes, and which of its axes is up, or along."""
+"""Meshes of others by class: the file, and which of its axes is up, or along a tool."""
 STANDING = ("bottle", "glass", "mug")
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from intent_perception.basics.arrays import Array
-from intent_perception.geometry.mesh import Mesh, convex_hull
+from intent_perception.geometry.mesh import convex_hull
 from intent_perception.objects.families.designed_object import (
     AXIS,
     NOTHING,
@@ -22,7 +22,6 @@ from intent_perception.objects.families.solids import (
     grip_rows,
     loft,
     loft_parts,
-    rings_of,
     rod,
     rounded,
     row,
@@ -80,7 +79,8 @@ def _cup(rng: np.random.Generator, height: float, wide: float) -> list[Array]:
     radii = base + (wide - base) * shares + belly * wide * np.sin(np.pi * shares)
     power = 2.0 if rng.random() < 0.85 else rng.uniform(3.0, 4.5)
     rows = [row(0.0, 0.92 * radii[0], None, power)]
-    return rows + [row(0.003 + (height - 0.003) * s, r, None, power) for s, r in zip(shares, radii)]
+    heights = 0.003 + (height - 0.003) * shares
+    return rows + [row(z, r, None, power) for z, r in zip(heights, radii, strict=True)]
 
 
 def any_glass(rng: np.random.Generator) -> DesignedObject:
@@ -155,8 +155,8 @@ def any_hammer(rng: np.random.Generator) -> DesignedObject:
         ]
     )
     z, front, back = long - 0.012, rng.uniform(0.040, 0.065), rng.uniform(0.035, 0.065)
-    thick, power = rng.uniform(0.010, 0.026), rng.choice([2.0, 4.0])
-    thin = thick * rng.choice([1.0, rng.uniform(0.15, 0.6)])
+    thick, power = rng.uniform(0.010, 0.026), float(rng.choice([2.0, 4.0]))
+    thin = thick * float(rng.choice([1.0, rng.uniform(0.15, 0.6)]))
     rows = [
         row(-back, 0.9 * thin, 0.9 * thick, power), row(-0.8 * back, thin, thick, power),
         row(-0.012, 0.9 * thick, 0.9 * thick, power), row(0.012, 0.9 * thick, 0.9 * thick, power),
@@ -220,8 +220,7 @@ def any_bowl(rng: np.random.Generator) -> DesignedObject:
     shares = np.linspace(0.0, 1.0, 6)
     rows = [row(0.004 + height * s, base + (r - base) * s**bulge) for s in shares]
     made = vessel(rounded([row(0.0, base), *rows]), 0.004, 0.008)
-    draft = _plain((made.mesh, list(made.parts)), rng, rests=1)
-    return draft
+    return _plain((made.mesh, list(made.parts)), rng, rests=1)
 
 
 def any_ball(rng: np.random.Generator) -> DesignedObject:
@@ -287,8 +286,8 @@ OF_CLASS: dict[str, Maker] = {
 }
 """A maker of each class."""
 OF_NONE: tuple[Maker, ...] = (
-    any_carton, any_flat_box, any_can, any_bowl, any_ball, any_stick, any_banana, any_spoon,
-    any_toy,
+    any_carton, any_flat_box, any_can, any_can, any_bowl, any_bowl, any_ball, any_stick,
+    any_banana, any_spoon, any_toy,
 )  # fmt: skip
 """Makers of what belongs to none of them."""
 
@@ -302,13 +301,3 @@ def unseen_thing(object_class: str, rng: np.random.Generator, name: str) -> Obje
         except ValueError:
             continue  # a union of pieces that hardly touch fails now and then
     raise ValueError(f"expected to make a {object_class or 'thing'} with one of four draws")
-
-
-def solid_of(mesh: Mesh) -> Mesh:
-    """Return the mesh standing on z = 0 in the middle."""
-    low, high = mesh.bounds
-    shift = np.array([*-(0.5 * (low + high))[:2], -low[2]])
-    return Mesh(mesh.vertices + shift, mesh.faces)
-
-
-__all__ = ["OF_CLASS", "OF_NONE", "rings_of", "solid_of", "unseen_thing"]
