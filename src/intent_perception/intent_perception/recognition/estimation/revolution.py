@@ -8,8 +8,11 @@ out of the parameters (the residuals are taken within narrow slices), so any out
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Mask
+
+Indices = NDArray[np.int64]
 
 _SLICES = 32
 _LEAST_SLICE = 0.003  # thinner slices hold too few points [m]
@@ -83,14 +86,14 @@ def crossing(places: Array, normals: Array) -> tuple[Array, Array]:
     return center, weight
 
 
-def slices_of(heights: Array, low: float, high: float) -> tuple[Array, int]:
+def slices_of(heights: Array, low: float, high: float) -> tuple[Indices, int]:
     """Return the slice of each height, and how many slices there are."""
     count = int(np.clip((high - low) / _LEAST_SLICE, 4, _SLICES))
     step = max((high - low) / count, 1e-6)
     return np.clip(((heights - low) / step).astype(np.int64), 0, count - 1), count
 
 
-def slice_medians(values: Array, index: Array, count: int) -> Array:
+def slice_medians(values: Array, index: Indices, count: int) -> Array:
     """Return the median of the values in each slice, NaN where there is none."""
     medians = np.full(count, np.nan)
     order = np.argsort(index, kind="stable")
@@ -101,7 +104,7 @@ def slice_medians(values: Array, index: Array, count: int) -> Array:
     return medians
 
 
-def _within(values: Array, weight: Array, index: Array, count: int) -> Array:
+def _within(values: Array, weight: Array, index: Indices, count: int) -> Array:
     """Return values (N, D) less their weighted mean in each slice."""
     total = np.bincount(index, weight, count) + 1e-9
     means = np.stack(

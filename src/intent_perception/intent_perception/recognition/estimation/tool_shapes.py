@@ -123,11 +123,9 @@ def knife(thing: Thing, outline: Outline) -> Draft | None:
     start = boundary * step
     thick = float(np.clip(np.median(strip.tall[:boundary]), 0.006, 0.030))
     halves = np.clip(0.5 * strip.wide[:boundary], 0.005, 0.025)
-    grip = grip_rows(
-        [(0.0, 0.9 * float(halves[0]), 0.42 * thick)]
-        + [(float((k + 0.5) * step), float(h), 0.5 * thick) for k, h in enumerate(halves)]
-        + [(start, float(halves[-1]), 0.45 * thick)]
-    )
+    sizes: list[tuple[float, ...]] = [(0.0, 0.9 * float(halves[0]), 0.42 * thick)]
+    sizes += [(float((k + 0.5) * step), float(h), 0.5 * thick) for k, h in enumerate(halves)]
+    grip = grip_rows([*sizes, (start, float(halves[-1]), 0.45 * thick)])
     spine = np.append(strip.high[boundary:], strip.high[-1]) - center
     edge = np.append(strip.low[boundary:], 0.5 * (strip.high[-1] + strip.low[-1])) - center
     edge = np.minimum(edge, spine - 0.002)
