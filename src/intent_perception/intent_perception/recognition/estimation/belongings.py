@@ -5,7 +5,7 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.recognition.estimation.outlines import Outline, outline_of
 from intent_perception.recognition.estimation.revolution import Revolution, section_radius
-from intent_perception.recognition.estimation.things import Thing, thing_of, things_in
+from intent_perception.recognition.estimation.things import SeenThing, thing_of, things_in
 from intent_perception.scene.scene_view import SceneView
 
 _ROUND = 0.85  # bodies that fit worse tell nothing about what is near them
@@ -18,7 +18,7 @@ _RAISED = 0.06  # a handle's lowest point is above this share of the body's heig
 
 def readings_of(
     scene: SceneView, T_table_camera: Array, rng: np.random.Generator
-) -> list[tuple[Thing, Outline]]:
+) -> list[tuple[SeenThing, Outline]]:
     """Return the things of a scene and how each may be read.
 
     Args:
@@ -44,7 +44,7 @@ def readings_of(
     return whole
 
 
-def _owners(pieces: list[tuple[Thing, Outline]]) -> list[int]:
+def _owners(pieces: list[tuple[SeenThing, Outline]]) -> list[int]:
     """Return of which piece each is a part; itself if of none."""
     owners = list(range(len(pieces)))
     for k, (thing, outline) in enumerate(pieces):
@@ -59,7 +59,7 @@ def _owners(pieces: list[tuple[Thing, Outline]]) -> list[int]:
     return owners
 
 
-def _is_inside(thing: Thing, body: Revolution, other: Thing) -> bool:
+def _is_inside(thing: SeenThing, body: Revolution, other: SeenThing) -> bool:
     places = body.places(other.points)
     radius = section_radius(places, body.aspect, body.power)
     limit = body.radius_at(np.clip(places[:, 2], 0.0, body.heights[-1]))
@@ -67,7 +67,7 @@ def _is_inside(thing: Thing, body: Revolution, other: Thing) -> bool:
     return bool(inside.mean() > _MOST_INSIDE)
 
 
-def _is_handle(thing: Thing, body: Revolution, other: Thing) -> bool:
+def _is_handle(thing: SeenThing, body: Revolution, other: SeenThing) -> bool:
     if other.pixels > _SMALL * thing.pixels:
         return False
     places = body.places(other.points)

@@ -8,14 +8,14 @@ from intent_perception.geometry.transforms import make_pose
 from intent_perception.objects.families.designed_object import NOTHING, DesignedObject
 from intent_perception.objects.model import Functions, Part
 from intent_perception.recognition.estimation.estimated_parts import Draft, color_of
-from intent_perception.recognition.estimation.things import Thing
+from intent_perception.recognition.estimation.things import SeenThing
 
 _ON_SURFACE = 0.01  # quantiles that bound the points: single ones fly [share]
 _SHALLOW = 0.6  # a hull this much flatter towards the camera than across has an unseen back
 _CORNERS = 24
 
 
-def completed(thing: Thing) -> Draft:
+def completed(thing: SeenThing) -> Draft:
     """Return the closed hull of a thing: its visible surface, the back and what is below.
 
     The back is the mirror image of the front where nothing of the top tells how deep it is.
@@ -49,7 +49,7 @@ def _without_flyers(points: Array) -> Array:
     return points[kept]
 
 
-def _mirrored(thing: Thing, points: Array) -> Array:
+def _mirrored(thing: SeenThing, points: Array) -> Array:
     """Return the mirror image of the front, where the thing's depth is not seen."""
     ahead = points[:, :2].mean(axis=0) - thing.eye[:2]
     ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-6)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from intent_perception.basics.arrays import Array
 from intent_perception.objects.families.designed_object import Color, DesignedObject
-from intent_perception.recognition.estimation.things import Thing
+from intent_perception.recognition.estimation.things import SeenThing
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +17,7 @@ class Draft:
     """(4, 4) of that frame."""
 
 
-def color_of(thing: Thing) -> Color:
+def color_of(thing: SeenThing) -> Color:
     """Return the colour of a thing, RGB in 0..1."""
     red, green, blue = (float(value) for value in thing.color)
     return red, green, blue

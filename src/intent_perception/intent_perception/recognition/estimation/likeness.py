@@ -13,7 +13,7 @@ from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.rasterizer import NOTHING
 from intent_perception.geometry.transforms import inverse
-from intent_perception.recognition.estimation.things import Thing
+from intent_perception.recognition.estimation.things import SeenThing
 from intent_perception.recognition.verification.explanation import draw
 from intent_perception.scene.scene_view import SceneView
 
@@ -36,7 +36,7 @@ class Likeness:
 
 
 def likeness_of(
-    mesh: Mesh, T_table_mesh: Array, thing: Thing, scene: SceneView, T_table_camera: Array
+    mesh: Mesh, T_table_mesh: Array, thing: SeenThing, scene: SceneView, T_table_camera: Array
 ) -> Likeness:
     """Return how like a thing a mesh at a pose is."""
     T_camera_mesh = inverse(T_table_camera) @ T_table_mesh

@@ -11,7 +11,7 @@ import numpy as np
 from intent_perception.basics.arrays import Array, Mask
 from intent_perception.recognition.estimation.revolution import Revolution, fit_revolution
 from intent_perception.recognition.estimation.squeezed import fit_squeezed
-from intent_perception.recognition.estimation.things import Thing
+from intent_perception.recognition.estimation.things import SeenThing
 
 _SAMPLES = 8
 _ROUND = 0.90  # bodies whose points fit a circle this well are round
@@ -43,7 +43,7 @@ class Outline:
     """(F,) what the class is told from."""
 
 
-def outline_of(thing: Thing) -> Outline:
+def outline_of(thing: SeenThing) -> Outline:
     """Return the readings of a thing."""
     center = np.array([*np.median(thing.points[:, :2], axis=0), 0.0])
     circular = fit_revolution(thing.points, thing.normals, np.eye(3), center, False)
@@ -66,7 +66,7 @@ def outline_of(thing: Thing) -> Outline:
     return Outline(circular, standing, lying, handle, long_axes, long_point, features)
 
 
-def _standing(thing: Thing, center: Array, found: Revolution | None) -> Revolution | None:
+def _standing(thing: SeenThing, center: Array, found: Revolution | None) -> Revolution | None:
     if found is not None and found.share >= _ROUND and _as_wide_as_seen(thing, found):
         return found
     other = fit_squeezed(thing, center)
@@ -75,7 +75,7 @@ def _standing(thing: Thing, center: Array, found: Revolution | None) -> Revoluti
     return found
 
 
-def _as_wide_as_seen(thing: Thing, body: Revolution) -> bool:
+def _as_wide_as_seen(thing: SeenThing, body: Revolution) -> bool:
     """Return whether a round body ends left and right where the thing does."""
     on = np.abs(body.gaps) < _OFF
     if on.sum() < 30:
@@ -87,7 +87,7 @@ def _as_wide_as_seen(thing: Thing, body: Revolution) -> bool:
     return bool(abs(widest - (high - low)) < max(_TOO_WIDE * widest, 0.006))
 
 
-def _lying(thing: Thing) -> Revolution | None:
+def _lying(thing: SeenThing) -> Revolution | None:
     """Return the body around a level axis, thick end first, None where nothing lies."""
     axes, middle, _ = long_frame(thing.points)
     # rows: x and y of the section, axis
@@ -131,7 +131,7 @@ def long_frame(points: Array) -> tuple[Array, Array, float]:
     return axes, 0.5 * (low + high) @ axes[:2, :2], float(high[0] - low[0])
 
 
-def _handle_points(thing: Thing, body: Revolution | None) -> Mask:
+def _handle_points(thing: SeenThing, body: Revolution | None) -> Mask:
     """Return which points (N,) stand off a standing body as a handle does."""
     none = np.zeros(len(thing.points), dtype=bool)
     if body is None:
@@ -147,7 +147,7 @@ def _handle_points(thing: Thing, body: Revolution | None) -> Mask:
     return np.asarray(off & ahead & (np.abs(beside) < _HANDLE_WIDE))
 
 
-def _standing_features(thing: Thing, body: Revolution | None, handle: Mask) -> Array:
+def _standing_features(thing: SeenThing, body: Revolution | None, handle: Mask) -> Array:
     if body is None:
         return np.concatenate([[0.0, 1.0, 0.0, 1.0, 1.0], np.zeros(_SAMPLES + 12)])
     places, h = body.places(thing.points), max(thing.height, 1e-3)
@@ -188,7 +188,7 @@ def _standing_features(thing: Thing, body: Revolution | None, handle: Mask) -> A
     )
 
 
-def _handle_features(thing: Thing, body: Revolution, handle: Mask) -> Array:
+def _handle_features(thing: SeenThing, body: Revolution, handle: Mask) -> Array:
     """Return share, reach and upright span of what stands off the body."""
     off = (body.gaps > _OFF).mean()
     if handle.sum() < 8:
@@ -199,7 +199,7 @@ def _handle_features(thing: Thing, body: Revolution, handle: Mask) -> Array:
     return np.array([reach, span, float(off) - float(handle.mean())])
 
 
-def _lying_features(thing: Thing, body: Revolution | None) -> Array:
+def _lying_features(thing: SeenThing, body: Revolution | None) -> Array:
     if body is None:
         return np.concatenate([[0.0, 1.0, 0.0], np.zeros(_SAMPLES + 4)])
     low, high = float(body.heights[0]), float(body.heights[-1])
@@ -220,7 +220,7 @@ def _lying_features(thing: Thing, body: Revolution | None) -> Array:
     )
 
 
-def _flat(thing: Thing) -> tuple[Array, Array, Array]:
+def _flat(thing: SeenThing) -> tuple[Array, Array, Array]:
     """Return axes and middle of a flat thing, wide end last, and its features."""
     points = np.concatenate([thing.points, thing.flat])
     axes, middle, length = long_frame(points)

@@ -15,12 +15,12 @@ from intent_perception.recognition.estimation.completion import completed
 from intent_perception.recognition.estimation.estimated_parts import Draft
 from intent_perception.recognition.estimation.likeness import Likeness, likeness_of
 from intent_perception.recognition.estimation.outlines import Outline
-from intent_perception.recognition.estimation.things import Thing
+from intent_perception.recognition.estimation.things import SeenThing
 from intent_perception.recognition.estimation.tool_shapes import hammer, knife, screwdriver
 from intent_perception.recognition.estimation.vessel_shapes import lying_vessel, standing_vessel
 from intent_perception.scene.scene_view import SceneView
 
-Maker = Callable[[Thing, Outline], Draft | None]
+Maker = Callable[[SeenThing, Outline], Draft | None]
 _LEAST_ODDS = 0.5
 _WORSE = 0.22  # a class whose shape is this much less like the thing than a plain one is none
 _LEAST_LIKE = 0.40  # the same for a shape that is hardly like it at all
@@ -41,7 +41,7 @@ class EstimatedShape:
     """Probability that the class is right."""
     likeness: Likeness
     """How well the shape explains what is seen."""
-    thing: Thing
+    thing: SeenThing
     """What it was estimated from."""
     odds: Array
     """(7,) probability of each of `class_odds.CLASSES`."""
@@ -66,7 +66,7 @@ def estimated_shapes(
 
 
 def estimated_shape(
-    thing: Thing, outline: Outline, scene: SceneView, T_table_camera: Array
+    thing: SeenThing, outline: Outline, scene: SceneView, T_table_camera: Array
 ) -> EstimatedShape | None:
     """Return the shape of one thing, None where not even a hull can be made of it."""
     odds = class_odds(outline.features)
@@ -93,7 +93,7 @@ def _stands_up(special: Likeness, plain: Likeness | None) -> bool:
     return plain is None or special.share > plain.share - _WORSE
 
 
-def _drafts(thing: Thing, outline: Outline, object_class: str) -> list[Draft]:
+def _drafts(thing: SeenThing, outline: Outline, object_class: str) -> list[Draft]:
     """Return the shapes that a thing of a class may have."""
     drafts: list[Draft | None] = []
     if object_class in _TOOLS:
@@ -116,7 +116,7 @@ def _weighed(made: DesignedObject, object_class: str) -> DesignedObject:
 class _Judge:
     """Compares drafts with one thing."""
 
-    def __init__(self, thing: Thing, scene: SceneView, T_table_camera: Array) -> None:
+    def __init__(self, thing: SeenThing, scene: SceneView, T_table_camera: Array) -> None:
         self._thing, self._scene, self._T_table_camera = thing, scene, T_table_camera
 
     def best(self, drafts: list[Draft]) -> tuple[Draft, Likeness] | None:

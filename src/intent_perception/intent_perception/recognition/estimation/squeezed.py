@@ -13,7 +13,7 @@ from intent_perception.recognition.estimation.revolution import (
     body_of,
     slices_of,
 )
-from intent_perception.recognition.estimation.things import Thing
+from intent_perception.recognition.estimation.things import SeenThing
 
 _EVALUATIONS = 110
 _POINTS = 350
@@ -24,7 +24,7 @@ _USUAL = np.array([0.75, 2.6])  # aspect and power that are taken where nothing 
 _HABIT = 0.03
 
 
-def fit_squeezed(thing: Thing, center: Array) -> Revolution | None:
+def fit_squeezed(thing: SeenThing, center: Array) -> Revolution | None:
     """Return the body of a superelliptic section that fits best, None where no side is seen.
 
     Args:

@@ -14,7 +14,7 @@ from intent_perception.recognition.estimation.shape_estimator import (
     EstimatedShape,
     estimated_shape,
 )
-from intent_perception.recognition.estimation.things import Thing, thing_of
+from intent_perception.recognition.estimation.things import SeenThing, thing_of
 from intent_perception.scene.scene_view import SceneView
 
 _WHOLE = 0.62
@@ -79,7 +79,7 @@ def things_meant(
     return np.where(elsewhere, ELSEWHERE, fits)
 
 
-def _window(thing: Thing) -> Window:
+def _window(thing: SeenThing) -> Window:
     h, w = thing.mask.shape
     return (float(thing.left), float(thing.top), float(thing.left + w), float(thing.top + h))
 
@@ -161,7 +161,7 @@ def left_over(
     return tuple(rest)
 
 
-def _remaining(thing: Thing, scene: SceneView) -> Mask:
+def _remaining(thing: SeenThing, scene: SceneView) -> Mask:
     mask = np.zeros(scene.shape, dtype=bool)
     h, w = thing.mask.shape
     window = (slice(thing.top, thing.top + h), slice(thing.left, thing.left + w))

@@ -23,6 +23,8 @@ _FLATTEST, _MUCH_FLAT = 0.006, 120
 """Unless so many points beside it have another colour than the table [m]."""
 _JUMP = 0.02
 """A neighbour nearer to the camera by this hides what is behind it [m]."""
+_RAISED, _TOUCH, _REACHED = 0.015, 0.03, 0.10
+"""Height of an arm, its distance behind a thing that it touches [m], share of the outline."""
 _BORDER = 3
 _TABLE_COLOR = 7.0
 """Colours this many times further from the table's own than those spread are another thing's."""
@@ -36,7 +38,7 @@ _LEAST_FLAT = 40
 
 
 @dataclass(frozen=True, eq=False)
-class Thing:
+class SeenThing:
     """One thing, in the frame `table`."""
 
     left: int
@@ -69,7 +71,7 @@ class Thing:
         return float(np.quantile(self.points[:, 2], 0.99))
 
 
-def things_in(scene: SceneView, T_table_camera: Array, rng: np.random.Generator) -> list[Thing]:
+def things_in(scene: SceneView, T_table_camera: Array, rng: np.random.Generator) -> list[SeenThing]:
     """Return the things of a scene with a table, those nearest to the image's middle first.
 
     Args:
@@ -81,7 +83,7 @@ def things_in(scene: SceneView, T_table_camera: Array, rng: np.random.Generator)
     found = []
     for number in range(1, count):
         mask = labels == number
-        if mask.sum() >= _SMALLEST:
+        if mask.sum() >= _SMALLEST and not _reached_for(scene, mask):
             thing = thing_of(scene, mask, T_table_camera, rng)
             flat = thing.height >= _FLATTEST and len(thing.flat) >= _MUCH_FLAT
             if thing.height >= _LEAST_HEIGHT or flat:
@@ -110,9 +112,21 @@ def _apart(scene: SceneView, T_table_camera: Array) -> tuple[NDArray[np.int32], 
     return labels, int(count)
 
 
+def _reached_for(scene: SceneView, mask: Mask) -> bool:
+    """Return whether something that is no thing, such as an arm, touches or covers one.
+
+    What is left of it beside a hand tells nothing of its shape.
+    """
+    raised = (scene.parts.height > _RAISED) & (scene.parts.mask == 0)
+    ring = (cv2.dilate(mask.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0) & ~mask
+    own = cv2.dilate(np.where(mask, scene.image.smooth, np.float32(0.0)), np.ones((5, 5)))
+    touching = ring & raised & (scene.image.smooth < own + _TOUCH)
+    return bool(touching.sum() > _REACHED * ring.sum())
+
+
 def thing_of(
     scene: SceneView, mask: Mask, T_table_camera: Array, rng: np.random.Generator
-) -> Thing:
+) -> SeenThing:
     """Return the thing of some pixels (H, W); the other arguments are those of `things_in`."""
     rows, columns = np.nonzero(mask)
     top, left = int(rows.min()), int(columns.min())
@@ -124,7 +138,7 @@ def thing_of(
     points = scene.points[rows[seen], columns[seen]].astype(np.float64) @ rotation.T + eye
     normals = scene.image.normals[rows[seen], columns[seen]].astype(np.float64) @ rotation.T
     color = np.median(scene.image.color[rows, columns], axis=0).astype(np.float64)
-    return Thing(
+    return SeenThing(
         left,
         top,
         np.ascontiguousarray(mask[top:bottom, left:right]),

@@ -16,7 +16,7 @@ from intent_perception.objects.families.tool_drafts import (
 )
 from intent_perception.recognition.estimation.estimated_parts import Draft, color_of
 from intent_perception.recognition.estimation.outlines import Outline
-from intent_perception.recognition.estimation.things import Thing
+from intent_perception.recognition.estimation.things import SeenThing
 
 _STEPS = 16
 _LOW = 0.0055  # what lies flatter is hardly seen in depth [m]
@@ -76,7 +76,7 @@ class _Strip:
         return make_pose(np.stack([x, np.cross(z, x), z], axis=1), origin)
 
 
-def _strip(thing: Thing, outline: Outline) -> _Strip | None:
+def _strip(thing: SeenThing, outline: Outline) -> _Strip | None:
     points = np.concatenate([thing.points, thing.flat])
     axes = outline.long_axes
     flat = (points - outline.long_point) @ axes.T
@@ -100,7 +100,7 @@ def _strip(thing: Thing, outline: Outline) -> _Strip | None:
     return _Strip(axes[0], axes[1], outline.long_point, places, low, high, tall)
 
 
-def knife(thing: Thing, outline: Outline) -> Draft | None:
+def knife(thing: SeenThing, outline: Outline) -> Draft | None:
     """Return the knife that lies there, None where it is none."""
     strip = _strip(thing, outline)
     if strip is None:
@@ -154,7 +154,7 @@ def _boundary(tall: Array) -> int:
     return int(np.clip(boundary, 4, _STEPS - 4))
 
 
-def hammer(thing: Thing, outline: Outline) -> Draft | None:
+def hammer(thing: SeenThing, outline: Outline) -> Draft | None:
     """Return the hammer that lies there, its head at the wide end; None where it is none."""
     strip = _strip(thing, outline)
     if strip is None:
@@ -205,7 +205,7 @@ def _thicker(head: Array, center: float, along: Array) -> float:
     return ends[0] - ends[1]
 
 
-def screwdriver(thing: Thing, outline: Outline) -> Draft | None:
+def screwdriver(thing: SeenThing, outline: Outline) -> Draft | None:
     """Return the screwdriver that lies there, None where it is none."""
     strip = _strip(thing, outline)
     if strip is None:

@@ -20,7 +20,7 @@ from intent_perception.objects.model import Functions
 from intent_perception.recognition.estimation.estimated_parts import Draft, color_of
 from intent_perception.recognition.estimation.outlines import Outline, turned_round
 from intent_perception.recognition.estimation.revolution import Revolution
-from intent_perception.recognition.estimation.things import Thing
+from intent_perception.recognition.estimation.things import SeenThing
 
 _WALL = {"glass": 0.0028, "mug": 0.0042, "": 0.0045}
 """Usual thickness of a wall, which is hardly ever seen [m]."""
@@ -36,7 +36,7 @@ _ENOUGH = 15
 _OPEN_SHARE = 0.25  # from this depth on, as a share of the height, a thing is hollow
 
 
-def standing_vessel(thing: Thing, outline: Outline, object_class: str) -> Draft | None:
+def standing_vessel(thing: SeenThing, outline: Outline, object_class: str) -> Draft | None:
     """Return the vessel of a class that stands there, None where no body fits."""
     body = outline.standing
     if body is None:
@@ -50,7 +50,7 @@ def standing_vessel(thing: Thing, outline: Outline, object_class: str) -> Draft 
     return Draft(made, T_table_draft)
 
 
-def lying_vessel(thing: Thing, outline: Outline, object_class: str) -> Draft | None:
+def lying_vessel(thing: SeenThing, outline: Outline, object_class: str) -> Draft | None:
     """Return the vessel of a class that lies there, None where no body fits."""
     body = outline.lying
     if body is None:
@@ -78,7 +78,7 @@ def _opens_backwards(body: Revolution, along: Array, inside: Mask, object_class:
     return object_class != ""  # the thick end comes first, and glasses are wide at the rim
 
 
-def _hollow(thing: Thing, body: Revolution) -> bool:
+def _hollow(thing: SeenThing, body: Revolution) -> bool:
     """Return whether one looks into a standing body from above."""
     places = body.places(thing.points)
     rim = float(body.radius_at(np.array([0.96 * thing.height]))[0])
@@ -110,7 +110,7 @@ def _rows(body: Revolution, low: float, high: float) -> list[Array]:
 
 
 def _round_thing(
-    thing: Thing, body: Revolution, rows: list[Array], object_class: str, hollow: bool
+    thing: SeenThing, body: Revolution, rows: list[Array], object_class: str, hollow: bool
 ) -> DesignedObject:
     """Return a bottle, a glass, or a can or bowl of no class."""
     widths = np.array([r[3] for r in rows])
@@ -150,7 +150,7 @@ def _neck(heights: Array, widths: Array) -> tuple[float, float]:
 
 
 def _inside(
-    thing: Thing, body: Revolution, heights: Array, widths: Array, usual: float
+    thing: SeenThing, body: Revolution, heights: Array, widths: Array, usual: float
 ) -> tuple[float, float]:
     """Return the height of a hollow thing's inside bottom and the thickness of its wall [m].
 
@@ -173,7 +173,7 @@ def _inside(
 
 
 def _mug(
-    thing: Thing, outline: Outline, body: Revolution, rows: list[Array], T_table_draft: Array
+    thing: SeenThing, outline: Outline, body: Revolution, rows: list[Array], T_table_draft: Array
 ) -> Draft | None:
     """Return a mug, its handle at +x; None where no handle is seen."""
     handle = outline.handle
