@@ -77,6 +77,11 @@ def select(
     usable = (quality >= least_quality) & (match >= least_pixels)
     weight = np.where(usable, quality**_QUALITY_POWER * evidence.factors, 0.0)
     chosen: list[int] = []
+    # What a hypothesis adds to nothing bounds what it adds to anything: the best need few looks.
+    alone, against = gains(evidence.values, evidence.windows, np.zeros(shape, np.float32))
+    bound = (alone - against) * weight
+    order = np.argsort(-bound, kind="stable")
+    order = order[bound[order] > 0.0]
 
     def best() -> int | None:
         if len(chosen) >= _MOST:
@@ -84,11 +89,13 @@ def select(
         explained = explained_by(
             evidence.values, evidence.windows, np.array(chosen, np.int64), shape
         )
-        new, against = gains(evidence.values, evidence.windows, explained)
-        worth = (new - against) * weight
-        worth[(new < least_pixels) | (new < least_new * match)] = 0.0
-        winner = int(np.argmax(worth)) if len(worth) else 0
-        return winner if len(worth) and worth[winner] > 0.0 else None
+        enough = np.maximum(np.float32(least_pixels), np.float32(least_new) * match)
+        winner = int(
+            strongest(
+                evidence.values, evidence.windows, explained, order, bound, against, weight, enough
+            )
+        )
+        return winner if winner >= 0 else None
 
     while (winner := best()) is not None:
         chosen.append(winner)
@@ -135,3 +142,47 @@ def gains(values: Floats, windows: NDArray[np.int64], explained: Floats) -> tupl
                 elif value > explained[top + j, left + i]:
                     new[k] += value - explained[top + j, left + i]
     return new, against
+
+
+@kernel
+def strongest(
+    values: Floats,
+    windows: NDArray[np.int64],
+    explained: Floats,
+    order: NDArray[np.int64],
+    bound: Floats,
+    against: Floats,
+    weight: Floats,
+    enough: Floats,
+) -> int:
+    """Return the hypothesis that adds most to what is explained, weighted; -1 where none does.
+
+    Args:
+        values: see `PixelEvidence`.
+        windows: the same.
+        explained: (H, W) best evidence so far.
+        order: (K,) hypotheses by what they add to nothing, most first.
+        bound: (N,) that, weighted.
+        against: (N,) evidence against each.
+        weight: (N,) of each.
+        enough: (N,) evidence that each must add at least.
+    """
+    winner = -1
+    most = np.float32(0.0)
+    for k in order:
+        if bound[k] * np.float32(1.001) < most:
+            break
+        left, top, width, height, start = windows[k]
+        new = np.float32(0.0)
+        for j in range(height):
+            for i in range(width):
+                value = values[start + j * width + i]
+                if value > 0.0 and value > explained[top + j, left + i]:
+                    new += value - explained[top + j, left + i]
+        if new < enough[k]:
+            continue
+        worth = (new - against[k]) * weight[k]
+        if worth > most or (worth == most and winner >= 0 and k < winner):
+            most = worth
+            winner = k
+    return winner

@@ -19,6 +19,8 @@ from intent_perception.scene.scene_view import SceneView
 
 _WHOLE = 0.62
 """From this likeness on one shape explains a thing: it is one, and seen to its ends."""
+_SURE, _SURELY_WHOLE = 0.9, 0.45
+"""The same where the class is as probable as this: two things in one look like none."""
 _UNHIDDEN = 0.03
 _OVERLAP = 0.65
 """Least intersection over union of the windows of a whole thing and of what it may be."""
@@ -38,7 +40,8 @@ Window = tuple[float, float, float, float]
 
 def is_whole(shape: EstimatedShape) -> bool:
     """Return whether a thing is one, seen to its ends: what it is must be as large as it."""
-    return shape.likeness.share >= _WHOLE and shape.thing.hidden <= _UNHIDDEN
+    least = _WHOLE if shape.odds.max() < _SURE else _SURELY_WHOLE
+    return shape.likeness.share >= least and shape.thing.hidden <= _UNHIDDEN
 
 
 def things_meant(
