@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats, Mask
 from intent_perception.geometry.mesh import Mesh
+from intent_perception.objects.model import OBJECT_CLASSES
 from intent_perception.recognition.estimation.class_odds import CLASSES
 from intent_perception.recognition.estimation.likeness import likeness_of
 from intent_perception.recognition.estimation.outlines import outline_of
@@ -19,8 +20,6 @@ from intent_perception.scene.scene_view import SceneView
 
 _WHOLE = 0.62
 """From this likeness on one shape explains a thing: it is one, and seen to its ends."""
-_SURE, _SURELY_WHOLE = 0.9, 0.45
-"""The same where the class is as probable as this: two things in one look like none."""
 _UNHIDDEN = 0.03
 _OVERLAP = 0.65
 """Least intersection over union of the windows of a whole thing and of what it may be."""
@@ -29,8 +28,8 @@ ELSEWHERE, MISFIT = -1, -2
 _POINTS = 100
 _CONTRADICTED = 0.15
 """A known object that is this much less like a whole thing than its estimate is not there."""
-_DOUBTED, _UNLIKELY = 0.04, 0.12
-"""The same where the thing hardly has the look of the object's class."""
+_DOUBTED, _UNLIKELY = 0.06, 0.33
+"""The same where the thing has not the look of the object's class either."""
 _LEFT_OVER = 150
 """Fewer pixels that a known object leaves of a thing are its rim."""
 _MOSTLY = 0.25
@@ -40,8 +39,7 @@ Window = tuple[float, float, float, float]
 
 def is_whole(shape: EstimatedShape) -> bool:
     """Return whether a thing is one, seen to its ends: what it is must be as large as it."""
-    least = _WHOLE if shape.odds.max() < _SURE else _SURELY_WHOLE
-    return shape.likeness.share >= least and shape.thing.hidden <= _UNHIDDEN
+    return shape.likeness.share >= _WHOLE and shape.thing.hidden <= _UNHIDDEN
 
 
 def things_meant(
@@ -117,12 +115,14 @@ def contradicted(
     for mesh, object_class, pose in zip(meshes, classes, T_camera_objects, strict=True):
         T_table_object = T_table_camera @ pose
         shape = _there(shapes, mesh, T_table_object)
-        if shape is None or not is_whole(shape) or shape.model.object_class == object_class:
+        told = object_class in OBJECT_CLASSES  # of other classes an estimate knows nothing
+        same = shape is not None and shape.model.object_class == object_class
+        if shape is None or same or not told or not is_whole(shape):
             wrong.append(False)
             continue
         likeness = likeness_of(mesh, T_table_object, shape.thing, scene, T_table_camera)
         lead = shape.likeness.share - likeness.share
-        unlikely = object_class in CLASSES and shape.odds[CLASSES.index(object_class)] < _UNLIKELY
+        unlikely = shape.odds[CLASSES.index(object_class)] < _UNLIKELY
         wrong.append(lead > (_DOUBTED if unlikely else _CONTRADICTED))
     return wrong
 
