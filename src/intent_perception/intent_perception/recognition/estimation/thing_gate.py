@@ -21,9 +21,12 @@ from intent_perception.scene.scene_view import SceneView
 _WHOLE = 0.62
 """From this likeness on one shape explains a thing: it is one, and seen to its ends."""
 _UNHIDDEN = 0.03
+_LOW = 0.03
+"""Things that are lower may have parts as flat as the table, which depth does not show [m]."""
 _OVERLAP = 0.65
 """Least intersection over union of the windows of a whole thing and of what it may be."""
-_TOUCHES = 0.15
+_TOUCHES = 0.08
+"""From this share of its window on a hypothesis may explain a thing that is not whole."""
 ELSEWHERE, MISFIT = -1, -2
 _POINTS = 100
 _CONTRADICTED = 0.15
@@ -39,7 +42,9 @@ Window = tuple[float, float, float, float]
 
 def is_whole(shape: EstimatedShape) -> bool:
     """Return whether a thing is one, seen to its ends: what it is must be as large as it."""
-    return shape.likeness.share >= _WHOLE and shape.thing.hidden <= _UNHIDDEN
+    thing = shape.thing
+    seen = thing.hidden <= _UNHIDDEN and thing.height > _LOW
+    return seen and shape.likeness.share >= _WHOLE
 
 
 def things_meant(
@@ -75,7 +80,7 @@ def things_meant(
     overlap = _overlaps(drawn, windows)
     elsewhere = overlap.max(axis=1) < 1e-6
     if others:
-        elsewhere |= _overlaps(drawn, np.array(others)).max(axis=1) > _TOUCHES
+        elsewhere |= _within(drawn, np.array(others)).max(axis=1) > _TOUCHES
     fits = np.where(overlap.max(axis=1) >= _OVERLAP, overlap.argmax(axis=1), MISFIT)
     return np.where(elsewhere, ELSEWHERE, fits)
 
@@ -95,11 +100,23 @@ def _drawn_window(pose: Floats, points: Floats, intrinsics: Floats) -> Window:
 
 def _overlaps(first: Array, second: Array) -> Array:
     """Return intersection over union (N, M) of windows (N, 4) and (M, 4)."""
+    shared, areas = _shared(first, second), (_areas(first), _areas(second))
+    return np.asarray(shared / (areas[0][:, None] + areas[1][None] - shared))
+
+
+def _within(first: Array, second: Array) -> Array:
+    """Return the share (N, M) of each of the windows (N, 4) that is in each of (M, 4)."""
+    return np.asarray(_shared(first, second) / _areas(first)[:, None])
+
+
+def _shared(first: Array, second: Array) -> Array:
     low = np.maximum(first[:, None, :2], second[None, :, :2])
     high = np.minimum(first[:, None, 2:], second[None, :, 2:])
-    shared = np.prod(np.clip(high - low, 0.0, None), axis=2)
-    areas = [np.prod(np.clip(w[:, 2:] - w[:, :2], 1.0, None), axis=1) for w in (first, second)]
-    return np.asarray(shared / (areas[0][:, None] + areas[1][None] - shared))
+    return np.asarray(np.prod(np.clip(high - low, 0.0, None), axis=2))
+
+
+def _areas(windows: Array) -> Array:
+    return np.asarray(np.prod(np.clip(windows[:, 2:] - windows[:, :2], 1.0, None), axis=1))
 
 
 def contradicted(
