@@ -102,7 +102,7 @@ def _surprise(scores: Array, classes: Array) -> float:
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--scenes", type=int, default=900)
+    parser.add_argument("--scenes", type=int, default=990)
     parser.add_argument(
         "--data", type=Path, default=Path(os.environ.get("INTENT_DATA", "../shared/data"))
     )
