@@ -1,15 +1,17 @@
 #!/usr/bin/env bash
 # Replay a recorded demonstration through the five nodes: posterior, robot grasp, and a report.
 # usage: scripts/demo.sh [BAG] [--out DIR] [--robot-bag BAG] [--models DB] [--params FILE]
-#          [--model BN^H] [--network BN^R]
+#          [--model BN^H] [--network BN^R] [--topics COLOR DEPTH INFO] [--depth-scale M]
 #   BAG            a rosbag2 folder with colour, depth and camera_info; default: a shipped one
 #   --out DIR      where result.json, pictures and report.html go; default: out/demo. Only files of
 #                  earlier runs are replaced
 #   --robot-bag    the robot's own table; default: bags/robot_table
-#   --models DB    object database: a YAML file or a folder with one; default: the shipped 48 objects
+#   --models DB    objects of your own (YAML file or folder), added to the shipped 48; see README
 #   --params FILE  parameters of the nodes (see src/*/config)
 #   --model FILE   what the person's grasps mean: networks of `train`; default: the shipped BN^H
 #   --network FILE what the robot's grasps are good for; default: the shipped BN^R
+#   --topics C D I the bag's topics of colour, depth and camera_info; default: they are found
+#   --depth-scale  length of one unit of depth in metres; default: integers are millimetres
 # A run that does not see the whole bag ends with an error that says after how many frames.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -17,7 +19,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 source "$here/environment.sh"
 # shellcheck source=scripts/graph.sh
 source "$here/graph.sh"
-bag='' out=$root/out/demo robot=$root/bags/robot_table models='' params='' model='' network=''
+bag='' out=$root/out/demo robot=$root/bags/robot_table models='' params='' model='' network='' given=()
 while [ $# -gt 0 ]; do
   case $1 in
     --out | --robot-bag | --models | --params | --model | --network) [ $# -gt 1 ] || fail "$1 needs a value" ;;&
@@ -27,7 +29,15 @@ while [ $# -gt 0 ]; do
     --params) params=$(realpath -m "$2") && shift 2 ;;
     --model) model=$(realpath -m "$2") && shift 2 ;;
     --network) network=$(realpath -m "$2") && shift 2 ;;
-    -h | --help) sed -n '2,13s/^# \{0,1\}//p' "$0" && exit ;;
+    --topics)
+      [ $# -gt 3 ] || fail "--topics needs COLOR DEPTH INFO"
+      given+=("${@:1:4}") && shift 4
+      ;;
+    --depth-scale)
+      [ $# -gt 1 ] || fail "$1 needs a value"
+      given+=("$1" "$2") && shift 2
+      ;;
+    -h | --help) sed -n '2,15s/^# \{0,1\}//p' "$0" && exit ;;
     -*) fail "unknown option $1; see scripts/demo.sh --help" ;;
     *) bag=$(realpath -m "$1") && shift ;;
   esac
@@ -39,7 +49,7 @@ enter_overlay
 private_domain
 export OMP_NUM_THREADS=${OMP_NUM_THREADS:-1} OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}
 
-heard=$(python -m intent_perception.replay "$bag") # fails here, with one sentence, on a damaged bag
+heard=$(python -m intent_perception.replay "$bag" "${given[@]}") # fails here, with one sentence, on a damaged bag
 robot_heard=$(python -m intent_perception.replay "$robot")
 python -m intent_imitation.demo.result_files "$out" # here, where somebody else's files stand in the way
 common=(--ros-args --log-level warn --params-file "$root/src/intent_imitation/config/lockstep.yaml")
@@ -61,12 +71,13 @@ start intent_imitation imitation "${common[@]}" -r imitation/robot_objects:=/rob
   -r imitation/robot_shapes:=/robot/intent/shapes \
   ${network:+-p "network:=$network"}
 nodes=("${pids[@]}")
-start intent_imitation demo "$bag" --robot-bag "$robot" ${models:+--models "$models"} --out "$out"
+start intent_imitation demo "$bag" --robot-bag "$robot" ${models:+--models "$models"} "${given[@]}" --out "$out"
 demo=${pids[-1]}
 start intent_perception replay "$robot" --lockstep --objects-only --wait 480 --timeout 480 \
   --ros-args --log-level warn -r __ns:=/robot
 finish "${pids[-1]}" "${nodes[@]}" || fail "the robot's table was not recognised; see the messages above"
-start intent_perception replay "$bag" --lockstep --subscribers 2 --listeners 4 --wait 480 --timeout 480 \
+[ "${given[0]:-}" = --topics ] && chosen=("${given[@]:0:4}") || chosen=()
+start intent_perception replay "$bag" "${chosen[@]}" --lockstep --subscribers 2 --listeners 4 --wait 480 --timeout 480 \
   --ros-args --log-level warn
 finish "${pids[-1]}" "${nodes[@]}" || fail "the bag was not played to its end, nothing is concluded; see the messages above"
 finish "$demo" "${nodes[@]}" || fail "the run gave no result; see the messages above"

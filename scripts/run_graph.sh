@@ -1,11 +1,14 @@
 #!/usr/bin/env bash
 # Run the five nodes for a live camera until Ctrl-C, or for a bag until it has been played.
-# usage: scripts/run_graph.sh [--bag BAG [--rate R] [--lockstep]] [--models DB] [--params FILE] [ROS argument...]
+# usage: scripts/run_graph.sh [--bag BAG [--rate R] [--lockstep]] [--models DB] [--params FILE]
+#          [--topics COLOR DEPTH INFO] [--depth-scale M] [ROS argument...]
 #   --bag BAG      play this bag once the nodes are ready; without it they wait for a camera
 #   --rate R       play it at this speed, 1 = as recorded
 #   --lockstep     play it frame by frame, each once the one before has been answered
-#   --models DB    object database: a YAML file or a folder with one; default: the shipped 48 objects
+#   --models DB    objects of your own (YAML file or folder), added to the shipped 48; see README
 #   --params FILE  parameters of the nodes (see src/*/config)
+#   --topics C D I the bag's topics of colour, depth and camera_info; default: they are found
+#   --depth-scale  length of one unit of depth in metres; default: integers are millimetres
 #   others         handed to every node, e.g. -r rgb/camera_info:=/camera/color/camera_info
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -13,7 +16,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 source "$here/environment.sh"
 # shellcheck source=scripts/graph.sh
 source "$here/graph.sh"
-bag='' arguments=() player=()
+bag='' arguments=() player=() given=()
 while [ $# -gt 0 ]; do
   case $1 in
     --bag | --rate | --models | --params) [ $# -gt 1 ] || fail "$1 needs a value" ;;&
@@ -25,7 +28,15 @@ while [ $# -gt 0 ]; do
       ;;
     --models) arguments+=(-p "models:=$(realpath "$2")") && shift 2 ;;
     --params) arguments+=(--params-file "$(realpath "$2")") && shift 2 ;;
-    -h | --help) sed -n '2,10s/^# \{0,1\}//p' "$0" && exit ;;
+    --topics)
+      [ $# -gt 3 ] || fail "--topics needs COLOR DEPTH INFO"
+      given+=("${@:1:4}") && player+=("${@:1:4}") && shift 4
+      ;;
+    --depth-scale)
+      [ $# -gt 1 ] || fail "$1 needs a value"
+      given+=("$1" "$2") && arguments+=(-p "depth_scale:=$2") && shift 2
+      ;;
+    -h | --help) sed -n '2,12s/^# \{0,1\}//p' "$0" && exit ;;
     *) arguments+=("$1") && shift ;;
   esac
 done
@@ -33,7 +44,7 @@ done
 enter_venv
 enter_overlay
 if [ -n "$bag" ]; then
-  read -r -a transports < <(python -m intent_perception.replay "$bag") || fail "cannot play $bag"
+  read -r -a transports < <(python -m intent_perception.replay "$bag" "${given[@]}") || fail "cannot play $bag"
   arguments+=("${transports[@]}")
 fi
 stop_at_exit

@@ -83,6 +83,20 @@ def test_the_object_that_the_networks_prefer_is_chosen(
     assert sum(choice.probability for choice in plan.objects) == pytest.approx(1.0)
 
 
+def test_an_empty_table_is_another_answer_than_one_where_nothing_affords_the_task(
+    database: ObjectDatabase, library: GraspLibrary
+) -> None:
+    robot = planner(database, library, MadeUpModel({"mug": 0.0, "bottle": 0.0, "glass": 0.0}))
+    robot.start(table(database))
+    empty = robot.plan("pouring")
+    robot.start(table(database, "mug_1"))
+    unfit = robot.plan("pouring")
+    assert (empty.nothing_recognised, empty.nothing_affords) == (True, False)
+    assert (unfit.nothing_recognised, unfit.nothing_affords) == (False, True)
+    assert empty.refusal == "nothing was recognised on its table"
+    assert unfit.refusal == "nothing on its table affords pouring"
+
+
 def test_nothing_affords_the_task_where_all_objects_are_unlikely(
     database: ObjectDatabase, library: GraspLibrary
 ) -> None:

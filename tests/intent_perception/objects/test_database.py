@@ -8,6 +8,7 @@ import trimesh
 import yaml
 from scipy.spatial import cKDTree
 
+from intent_perception.geometry.boxes import decompose
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 
@@ -15,7 +16,7 @@ from intent_perception.objects.database import ObjectDatabase, ObjectModel
 def database(folder: Path, shape: trimesh.Trimesh, **more: object) -> ObjectDatabase:
     shape.export(folder / "thing.stl")
     entry = {"name": "thing", "mesh": "thing.stl", "unit": "mm", "class": "tool"} | more
-    (folder / "mine.yaml").write_text(yaml.safe_dump({"objects": [entry]}))
+    (folder / "mine.yaml").write_text(yaml.safe_dump({"only": True, "objects": [entry]}))
     return ObjectDatabase.load(folder)
 
 
@@ -187,3 +188,13 @@ def test_surface_samples_lie_on_the_surface_evenly() -> None:
     np.testing.assert_allclose(np.abs(points).max(axis=1), 1.0)
     np.testing.assert_allclose(np.einsum("ij,ij->i", points, normals), 1.0)
     assert np.abs(points.mean(axis=0)).max() < 0.03
+
+
+@pytest.mark.parametrize("name", ["mug_0", "hammer_1", "knife_2"])
+def test_shipped_boxes_are_those_that_the_mesh_decomposes_into(name):
+    model = ObjectDatabase.load()[name]
+    assert model.stored_boxes is not None
+    computed = decompose(model.mesh)
+    for stored, box in zip(model.stored_boxes, computed, strict=True):
+        np.testing.assert_allclose(stored.center, box.center, atol=1e-4)
+        np.testing.assert_allclose(stored.half_size, box.half_size, atol=1e-4)

@@ -20,7 +20,7 @@ def database(folder: Path, files: list[Path], unit: str = "m") -> ObjectDatabase
     entries = [
         {"name": file.stem, "mesh": str(file), "unit": unit, "class": "thing"} for file in files
     ]
-    (folder / "models.yaml").write_text(yaml.safe_dump({"objects": entries}))
+    (folder / "models.yaml").write_text(yaml.safe_dump({"only": True, "objects": entries}))
     return ObjectDatabase.load(folder)
 
 

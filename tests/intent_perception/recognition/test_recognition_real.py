@@ -23,7 +23,7 @@ def scans(real_data: Path) -> Path:
 def dinosaur(scans: Path, folder: Path, unit: str) -> ObjectDatabase:
     mesh = str(scans / "parasaurolophus_6700.ply")
     entry = {"name": "parasaurolophus", "mesh": mesh, "unit": unit, "class": "dinosaur"}
-    (folder / "objects.yaml").write_text(yaml.safe_dump({"objects": [entry]}))
+    (folder / "objects.yaml").write_text(yaml.safe_dump({"only": True, "objects": [entry]}))
     return ObjectDatabase.load(folder)
 
 

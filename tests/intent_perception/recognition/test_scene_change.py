@@ -56,6 +56,19 @@ def test_a_table_that_comes_into_view_later_is_found(recognizer: Recognizer) -> 
     assert [item.model for item in answer.objects] == ["bottle_0"]
 
 
+def test_a_calibrated_camera_finds_a_table_that_comes_into_view_later() -> None:
+    frame, calibration = scene(("bottle_0",), 9), np.eye(4)
+    calibration[:3] = [[1, 0, 0, 0], [0, -0.7, 0.7141428, 0], [0, -0.7141428, -0.7, 0.5]]
+    recognizer = Recognizer(DATABASE, T_table_camera=calibration)
+    recognizer.up = None  # this camera stands elsewhere
+    first = recognizer.step(replace(frame, depth=np.zeros_like(frame.depth)))
+    assert first is not None
+    assert first.objects == ()
+    answer = recognizer.step(at(frame, 1.0))
+    assert answer is not None
+    assert [item.model for item in answer.objects] == ["bottle_0"]
+
+
 def test_a_changed_scene_is_looked_at_once_it_is_still(recognizer: Recognizer) -> None:
     before, after = scene(("bottle_0",), 9), scene(("bottle_0", "mug_0"), 12)
     assert recognizer.step(at(before, 0.0)) is not None

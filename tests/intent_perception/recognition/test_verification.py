@@ -13,7 +13,7 @@ from intent_perception.recognition.verification.fit_measures import patch_residu
 from intent_perception.scene.oriented_image import orient
 from intent_perception.scene.scene_view import SceneView
 from intent_perception.scene.segmentation import segment
-from intent_perception.scene.table_plane import find_table
+from intent_perception.scene.table_search import find_table
 from intent_perception.workshop.scenes.table_scenes import tabletop_scene
 
 DATABASE = ObjectDatabase.load()

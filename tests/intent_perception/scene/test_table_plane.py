@@ -16,7 +16,8 @@ from intent_perception.geometry.transforms import (
 )
 from intent_perception.scene.arm_pixels import ArmConfig, arm_pixels
 from intent_perception.scene.oriented_image import OrientedImage, orient
-from intent_perception.scene.table_plane import TablePlane, find_table
+from intent_perception.scene.table_plane import TablePlane
+from intent_perception.scene.table_search import find_table
 
 EYE = np.array([0.1, -0.7, 0.55])
 T_WORLD_CAMERA = look_at(EYE, np.array([0.0, 0.0, 0.05]), np.array([0.0, 0.0, 1.0]))
@@ -85,6 +86,54 @@ def test_a_rolled_camera_finds_the_table(degrees: float) -> None:
     assert table.offset == pytest.approx(EYE[2], abs=0.001)
     assert table.normal @ up > np.cos(np.radians(0.3))
     assert table.T_table_camera()[2, 3] == pytest.approx(EYE[2], abs=0.001)
+
+
+def from_above(*meshes: Mesh) -> OrientedImage:
+    pose = look_at(np.array([0.0, 0.0, 0.8]), np.zeros(3), np.array([0.6, 0.8, 0.0]))
+    return image_of(*meshes, pose=pose)
+
+
+def test_a_table_with_a_cup_is_found_from_straight_above() -> None:
+    table = table_in(from_above(box((0.08, 0.08, 0.1), (0.02, 0.0, 0.05))))
+    assert table.offset == pytest.approx(0.8, abs=0.001)
+    assert table.normal[2] < -np.cos(np.radians(0.3))
+
+
+def test_a_bare_table_straight_below_is_found_where_the_vertical_is_known() -> None:
+    image = from_above()
+    up = np.array([0.05, 0.0, -1.0]) / np.linalg.norm([0.05, 0.0, -1.0])
+    assert find_table(image, np.random.default_rng(0), 0.008, 0.15) is None  # a wall?
+    table = find_table(image, np.random.default_rng(0), 0.008, 0.15, up)
+    assert table is not None
+    assert table.offset == pytest.approx(0.8, abs=0.001)
+
+
+def test_with_a_known_vertical_a_wall_is_no_table() -> None:
+    image = image_of(box((0.05, 0.05, 0.1), (0.0, 0.0, 0.05)))
+    sideways = T_WORLD_CAMERA[:3, :3].T @ np.array([0.0, -1.0, 0.0])
+    assert find_table(image, np.random.default_rng(0), 0.008, 0.15, sideways) is None
+
+
+def test_of_several_planes_the_one_with_things_on_it_is_the_table() -> None:
+    wall = box((3.0, 0.02, 3.0), (0.0, 0.55, 0.0))
+    floor = box((4.0, 4.0, 0.02), (0.0, 0.0, -0.75))
+    image = image_of(wall, floor, box((0.06, 0.06, 0.15), (0.0, 0.0, 0.075)))
+    assert table_in(image).offset == pytest.approx(EYE[2], abs=0.001)
+
+
+def test_an_arm_across_the_table_does_not_cut_it_off() -> None:
+    table = table_in(image_of(box((1.4, 0.06, 0.05), (0.0, 0.0, 0.06))))
+    places = np.array([[0.0, -0.3, 0.0], [0.0, 0.3, 0.0]])
+    inside = transform_points(inverse(T_WORLD_CAMERA), places)
+    assert table.over_table(inside.astype(np.float32), 0.0).all()
+
+
+def test_a_camera_on_its_side_that_looks_along_the_table_has_a_frame() -> None:
+    normal = np.array([-0.999, 0.0, -np.sqrt(1.0 - 0.999**2)])
+    T_table_camera = TablePlane(normal, 0.4, np.zeros((0, 2), np.float32)).T_table_camera()
+    rotation = T_table_camera[:3, :3]
+    assert np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
+    assert np.allclose(rotation[2], normal)
 
 
 def test_an_arm_is_told_from_an_object() -> None:

@@ -57,10 +57,11 @@ class Film:
     def __init__(self):
         self.watch, self.reader = HandWatch(None, KeyPointConfig(), PERIOD), Reader()
         self.watch._reader = self.reader
+        self.told = 0.9, 1.0
 
     def look(self, *hands, depth=0.7, arm=None, **expectation):
         self.reader.hands = hands
-        self.watch.look(frame(depth, arm), Expectation(**expectation))
+        self.watch.look(frame(depth, arm), Expectation(**expectation), lambda _: self.told)
 
     def follow(self, hand, *others, **more):
         """Look while a hand is followed."""
@@ -193,7 +194,7 @@ def test_without_network_files_the_trouble_names_the_command(tmp_path, monkeypat
     monkeypatch.setenv("INTENT_HAND_NETWORKS", str(tmp_path))
     watch = HandWatch(HandReaderConfig(), KeyPointConfig(), PERIOD)
     assert COMMAND in watch.trouble
-    watch.look(frame(), Expectation())
+    watch.look(frame(), Expectation(), lambda _: (0.5, 1.0))
     assert watch.seen is None
 
 
@@ -254,3 +255,13 @@ def test_key_points_that_slip_from_an_arm_to_its_shadow_are_forgotten(film):
     film.look(hand_at(ACTING, 200), arm=400)
     assert film.reader.forgotten == [ACTING]
     assert film.watch.hand is None
+
+
+def test_a_look_that_is_explained_well_tells_the_side_against_many_poor_ones():
+    film, hand = Film(), hand_at(ACTING, 300)
+    film.told = 0.95, 1.0
+    film.look(hand)
+    film.told = 0.1, 0.02
+    for _ in range(20):
+        film.look(hand)
+    assert film.watch.seen.right > 0.7

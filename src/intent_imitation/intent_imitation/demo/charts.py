@@ -219,7 +219,7 @@ def object_bars(axes: Axes, plan: GraspPlan) -> None:
     """Draw p(o | t*) of the objects on the robot's table, the chosen one in the task's colour."""
     places = np.arange(len(plan.objects))[::-1]
     color = TASK_COLORS.get(plan.task, SPARE_COLORS[0])
-    chosen = not plan.nothing_affords
+    chosen = bool(plan.grasps)
     colors = [color if chosen and index == 0 else "#c3cad2" for index in range(len(plan.objects))]
     names = [object_label(choice) for choice in plan.objects]
     bars(axes, places, [choice.probability for choice in plan.objects], colors, names)

@@ -16,6 +16,7 @@ from intent_imitation.demo.run_progress import check_answers
 from intent_imitation.demo.run_record import DemoRecord, moments, result
 from intent_imitation.planner.plan import GraspPlan
 from intent_perception.bags.bag_files import read_frames
+from intent_perception.bags.bag_topics import add_image_options, bag_input
 from intent_perception.bags.playback import bundles
 from intent_perception.basics.own_folder import OwnFolder
 from intent_perception.basics.safe_files import write_json
@@ -30,6 +31,7 @@ def parse_options(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("bag")
     parser.add_argument("--robot-bag", default="")
     parser.add_argument("--models", default="")
+    add_image_options(parser)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument(
         "--patience", type=float, default=480.0, help="give up after so long without news [s]"
@@ -37,13 +39,17 @@ def parse_options(arguments: Sequence[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def stamps_of(bag: str) -> tuple[int, ...]:
+def stamps_of(bag: str, topics: Sequence[str] = ()) -> tuple[int, ...]:
     """Return the stamps [ns] of a bag's frames, those that cannot be decoded included.
+
+    Args:
+        bag: rosbag2 folder.
+        topics: of its colour, depth and camera_info; empty: they are found.
 
     Raises:
         ValueError: if the bag cannot be read.
     """
-    return tuple(bundle.stamp for bundle in bundles(bag))
+    return tuple(bundle.stamp for bundle in bundles(bag, named=topics))
 
 
 def record_of(options: argparse.Namespace, collected: Collected) -> DemoRecord:
@@ -52,10 +58,11 @@ def record_of(options: argparse.Namespace, collected: Collected) -> DemoRecord:
     Raises:
         ValueError: if the tracker has answered too few of the bag's frames.
     """
-    stamps = stamps_of(options.bag)
+    given = bag_input(options)
+    stamps = stamps_of(options.bag, given.topics)
     shown = set(moments(stamps, collected.grasps)) | {stamps[0]}
     frames, readable = [], []
-    for frame in read_frames(options.bag, on_bad_frame=_ignore):
+    for frame in read_frames(options.bag, on_bad_frame=_ignore, given=given):
         readable.append(frame.stamp)
         if frame.stamp in shown:
             frames.append(frame)
@@ -145,7 +152,7 @@ def _answer(plan: GraspPlan | None) -> list[str]:
     if plan is None:
         return ["robot           no task to imitate"]
     if not plan.grasps:
-        return [f"robot           nothing on its table affords {plan.task}"]
+        return [f"robot           {plan.refusal}"]
     best = plan.grasps[0]
     x, y, z = best.T_table_hand[:3, 3]
     return [

@@ -100,8 +100,12 @@ def _hypotheses(canvas: Figure, pictures: Sequence[Image], plan: GraspPlan | Non
     title.set_axis_off()
     title.set_title("5   Grasps ranked by p(a | o*, t*) and stability", fontsize=12, pad=6)
     if not pictures:
-        affords = plan is None or not plan.nothing_affords
-        _nothing(title, "no grasp was planned" if affords else "nothing here affords the task")
+        refused = "no grasp was planned"
+        if plan is not None and plan.nothing_recognised:
+            refused = "nothing was recognised here"
+        elif plan is not None and plan.nothing_affords:
+            refused = "nothing here affords the task"
+        _nothing(title, refused)
     elif plan is not None:
         words = f"best first, of {len(plan.grasps)} that the hand can reach among its neighbours"
         title.text(0.0, 0.035, words, color=SOFT, fontsize=10.5, transform=title.transAxes)

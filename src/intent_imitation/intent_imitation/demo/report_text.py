@@ -45,6 +45,11 @@ def summary(record: DemoRecord) -> str:
     text = f"The human grasped {name}, most likely to {purpose} (p = {chance:.2f}). "
     if plan is None:
         return text + "The robot's own table was not seen, so it has no answer yet."
+    if plan.nothing_recognised:
+        return text + (
+            "On the robot's table nothing was recognised: give its objects by --models, or see "
+            "whether its camera sees the table."
+        )
     if plan.nothing_affords:
         return text + "On the robot's table nothing affords this task, and the robot says so."
     best = plan.objects[0]

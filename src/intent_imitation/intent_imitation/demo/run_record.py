@@ -100,6 +100,7 @@ def result(record: DemoRecord) -> dict[str, Any]:
         "chosen_object": plan.grasps[0].object_id if plan is not None and plan.grasps else None,
         "grasp": _grasp(plan) if plan is not None and plan.grasps else None,
         "nothing_affords": None if plan is None else plan.nothing_affords,
+        "nothing_recognised": None if plan is None else plan.nothing_recognised,
         "robot_objects": None if plan is None else [_choice(choice) for choice in plan.objects],
         "frames": record.frames_total,
         "frames_lost": record.frames_lost,

@@ -67,7 +67,7 @@ class GraspPlan:
     task: str
     """t*, the task to be imitated."""
     nothing_affords: bool
-    """True where no object on the table serves the task; `grasps` is then empty."""
+    """True where objects were recognised and none serves the task; `grasps` is then empty."""
     objects: tuple[ObjectChoice, ...]
     """Those that afford the task first, then by p(o | t*)."""
     grasps: tuple[GraspCandidate, ...]
@@ -76,6 +76,20 @@ class GraspPlan:
     """Name of the robot hand."""
     joint_names: tuple[str, ...]
     """(J,) order of the joint postures."""
+
+    @property
+    def nothing_recognised(self) -> bool:
+        """Whether no object was recognised on the table, so that nothing can be said of it."""
+        return not self.objects
+
+    @property
+    def refusal(self) -> str:
+        """Why there is no grasp, in words; "" where there is one."""
+        if self.grasps:
+            return ""
+        if self.nothing_recognised:
+            return "nothing was recognised on its table"
+        return f"nothing on its table affords {self.task}"
 
     def __post_init__(self) -> None:
         """Refuse a plan that no hand can carry out."""

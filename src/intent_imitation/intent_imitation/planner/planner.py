@@ -191,7 +191,7 @@ class GraspPlanner:
         return GraspPlan(
             stamp,
             task,
-            not fit,
+            bool(options) and not fit,
             choices,
             fit[0].grasps[: self._config.grasps] if fit else (),
             self._hand.name,

@@ -55,6 +55,8 @@ class ImitationNode(IntentNode):
         plan = self._planner.step(posterior)
         if plan is not None:
             self._publisher.publish(plan_to_msg(plan, self._frame))
+            if plan.refusal:
+                self.get_logger().warning(f"no grasp for {plan.task}: {plan.refusal}")
             self._waiting = None
         elif not posterior.preliminary:
             self._waiting = posterior

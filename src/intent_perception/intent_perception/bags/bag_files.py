@@ -5,7 +5,7 @@ camera_info topics are recognised by type and name.
 """
 
 import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -23,13 +23,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 
 from intent_perception.bags.bag_checksums import write_checksums
 from intent_perception.bags.bag_images import (
-    COLOR_TOPIC,
-    COMPRESSED,
     DEPTH_FORMATS,
-    DEPTH_TOPIC,
-    IMAGE,
-    INFO,
-    INFO_TOPIC,
     STORE,
     color_message,
     depth_message,
@@ -37,9 +31,19 @@ from intent_perception.bags.bag_images import (
     info_message,
 )
 from intent_perception.bags.bag_opening import intact_messages, opened
+from intent_perception.bags.bag_topics import (
+    COMPRESSED,
+    IMAGE,
+    INFO_TOPIC,
+    BagInput,
+    ImageTopics,
+    chosen_topics,
+    holds_depth,
+)
 from intent_perception.bags.frame_assembly import (
     NANOSECONDS,
     FrameSynchroniser,
+    Straight,
     SynchroniserConfig,
     depth_from,
 )
@@ -101,47 +105,47 @@ class BagMessage:
             ) from error
 
 
-@dataclass(frozen=True)
-class ImageTopics:
-    """The three topics of a bag that make RGB-D frames."""
-
-    color: str
-    depth: str
-    info: str
-
-
-def image_topics(path: Path | str) -> ImageTopics:
+def image_topics(path: Path | str, named: Sequence[str] = ()) -> ImageTopics:
     """Return the topics of a bag that carry colour, depth and camera_info.
 
+    Args:
+        path: a rosbag2 folder.
+        named: those that the user has named; empty: they are found.
+
     Raises:
-        ValueError: if the bag cannot be read or one of them is not there.
+        ValueError: if the bag cannot be read, one of them is not there, or several would do.
     """
     with opened(path) as reader:
         types = {c.topic: c.msgtype for c in reader.connections if c.msgcount}
-    images = [topic for topic, kind in types.items() if kind in (IMAGE, COMPRESSED)]
-    depth = [topic for topic in images if "depth" in topic.lower()]
-    color = [topic for topic in images if topic not in depth and "infra" not in topic.lower()]
-    infos = [topic for topic, kind in types.items() if kind == INFO]
     if not types:
         raise ValueError(f"bag {path} is empty: it holds no message")
-    if not depth or not color:
-        raise ValueError(
-            f"bag {path} needs a colour image, a depth image and camera_info, "
-            f"but holds only {', '.join(sorted(types))}"
-        )
-    best = max(color, key=lambda topic: _rank(topic, COLOR_TOPIC, ("rect", "color", "rgb")))
-    # Without camera_info the nodes must still get the images, and say what is missing.
-    ranked = sorted(infos, key=lambda topic: -_rank(topic, INFO_TOPIC, ("rgb", "color", "aligned")))
-    return ImageTopics(
-        color=best,
-        depth=max(depth, key=lambda t: _rank(t, DEPTH_TOPIC, ("registered", "aligned", "rect"))),
-        info=ranked[0] if ranked else "",
-    )
+    depth = () if named else _depth_topics(path, types)
+    return chosen_topics(path, types, depth, named)
 
 
-def _rank(topic: str, default: str, words: Sequence[str]) -> int:
-    exact = 100 * (topic == default) + 50 * topic.startswith(default)
-    return exact + sum(word in topic.lower() for word in words)
+def _depth_topics(path: Path | str, types: Mapping[str, str]) -> list[str]:
+    """Return the topics whose first image holds depth; of a damaged one its name tells."""
+    waiting = {topic for topic, kind in types.items() if kind in (IMAGE, COMPRESSED)}
+    found = []
+    with opened(path) as reader:
+        wanted = [c for c in reader.connections if c.topic in waiting]
+        for connection, received, data in intact_messages(reader, wanted, lambda _: None, path):
+            if connection.topic not in waiting:
+                continue
+            waiting.discard(connection.topic)
+            first = BagMessage(connection.topic, connection.msgtype, received, data)
+            if _is_depth(first):
+                found.append(first.topic)
+            if not waiting:
+                break
+    return found + [topic for topic in waiting if "depth" in topic.lower()]
+
+
+def _is_depth(first: BagMessage) -> bool:
+    try:
+        return holds_depth(first.topic, first.type, first.decoded())
+    except ValueError:
+        return "depth" in first.topic.lower()
 
 
 def read_messages(
@@ -175,6 +179,7 @@ def read_frames(
     path: Path | str,
     config: SynchroniserConfig | None = None,
     on_bad_frame: Callable[[str], None] | None = None,
+    given: BagInput | None = None,
 ) -> Iterator[RgbdFrame]:
     """Yield the RGB-D frames of a bag, the same ones that a node makes of its messages.
 
@@ -183,15 +188,22 @@ def read_frames(
         config: which images belong together.
         on_bad_frame: called with the reason for each frame that cannot be decoded, which is then
             left out, and at the end with what else is missing; without it such a frame raises.
+        given: topics and depth's unit as the user says them; None = both are found.
 
     Raises:
         ValueError: if the bag is missing, truncated, damaged, empty, makes no frame, or its images
             carry no times.
     """
-    topics = image_topics(path)
+    given = given or BagInput()
+    topics = image_topics(path, given.topics)
     if not topics.info:
         raise ValueError(f"bag {path} has no camera_info: record that topic too")
-    synchroniser = FrameSynchroniser(config or SynchroniserConfig())
+    straight = Straight(
+        given.images.straight(topics.color, "color"), given.images.straight(topics.depth, "depth")
+    )
+    synchroniser = FrameSynchroniser(
+        config or SynchroniserConfig(), given.images.depth_scale, straight
+    )
     add = {
         topics.color: synchroniser.add_color,
         topics.depth: synchroniser.add_depth,

@@ -7,18 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
+from intent_perception.bags.bag_topics import COLOR_TOPIC, COMPRESSED, DEPTH_TOPIC, IMAGE, INFO
 from intent_perception.bags.frame_assembly import NANOSECONDS
 from intent_perception.geometry.camera import Camera, ColorImage, encode_compressed_depth
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
-COLOR_TOPIC = "/rgb/image_rect_color"
-DEPTH_TOPIC = "/depth_registered/image_rect"
-INFO_TOPIC = "/rgb/camera_info"
 CAMERA_FRAME = "camera_color_optical_frame"
 DEPTH_FORMATS = ("compressedDepth", "16UC1", "32FC1")
-IMAGE = "sensor_msgs/msg/Image"
-COMPRESSED = "sensor_msgs/msg/CompressedImage"
-INFO = "sensor_msgs/msg/CameraInfo"
 
 
 def _make(kind: str, *values: Any, **fields: Any) -> Any:

@@ -6,13 +6,12 @@ nodes and offline commands share every decision about which images belong togeth
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import (
-    Camera,
     ColorImage,
     DepthImage,
     RgbdFrame,
@@ -20,7 +19,9 @@ from intent_perception.geometry.camera import (
     decode_compressed_color,
     decode_compressed_depth,
     decode_depth,
+    require_metres,
 )
+from intent_perception.geometry.lens import camera_from, lens_from
 
 NANOSECONDS = 1_000_000_000
 _SETTLED = 90
@@ -39,22 +40,6 @@ def stamp_of(message: Any) -> int:
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 
-def camera_from(info: Any) -> Camera:
-    """Return the camera of rectified images from a sensor_msgs/CameraInfo.
-
-    The projection matrix P describes rectified images; drivers that publish only rectified images
-    sometimes leave it zero and fill K alone.
-
-    Raises:
-        ValueError: if neither holds focal lengths.
-    """
-    if not np.all(np.isfinite([*info.p, *info.k])):
-        raise ValueError("expected camera_info of numbers, got NaN or infinity in K or P")
-    if info.p[0] > 0.0:
-        return Camera(int(info.width), int(info.height), *(float(info.p[i]) for i in (0, 5, 2, 6)))
-    return Camera.from_matrix(np.asarray(info.k, dtype=np.float64), info.width, info.height)
-
-
 def color_from(message: Any) -> ColorImage:
     """Return RGB (H, W, 3) from a sensor_msgs/Image or CompressedImage.
 
@@ -66,15 +51,23 @@ def color_from(message: Any) -> ColorImage:
     return decode_color(*_fields(message))
 
 
-def depth_from(message: Any) -> DepthImage:
-    """Return depth (H, W) [m] from a sensor_msgs/Image or a compressedDepth CompressedImage.
+def depth_from(message: Any, scale: float = 0.0) -> DepthImage:
+    """Return depth (H, W) [m] from a sensor_msgs/Image or a CompressedImage.
+
+    Args:
+        message: raw, compressedDepth, or a 16-bit PNG.
+        scale: metres in one unit of the stored numbers; 0 = millimetres for integers, else metres.
 
     Raises:
         ValueError: for unknown encodings and damaged data.
     """
     if hasattr(message, "format"):
-        return decode_compressed_depth(message.data)
-    return decode_depth(*_fields(message))
+        whole = "32FC1" not in message.format
+        depth = decode_compressed_depth(message.data, message.format)
+    else:
+        whole = message.encoding != "32FC1"
+        depth = decode_depth(*_fields(message))
+    return depth if scale <= 0.0 else depth * np.float32(scale * (1000.0 if whole else 1.0))
 
 
 def _fields(message: Any) -> tuple[str, int, int, int, bool, Any]:
@@ -102,6 +95,32 @@ class SynchroniserConfig(Checked):
     """Images of each kind that wait for their partner, 1..100."""
 
 
+@dataclass(frozen=True)
+class ImageConfig(Checked):
+    """What the numbers in the images mean."""
+
+    depth_scale: float = 0.0
+    """Length of one unit of depth [m], for instance 0.001, 0.00025 or 0.0001; 0: integers are
+    millimetres, other numbers metres; 0..1."""
+    rectified: Literal["auto", "both", "color", "depth", "neither"] = "auto"
+    """In which images the lens's distortion has been undone: auto says those whose topic has rect
+    in its name."""
+
+    def straight(self, topic: str, kind: Literal["color", "depth"]) -> bool:
+        """Return whether the images of a topic, of colour or depth, are rectified."""
+        if self.rectified == "auto":
+            return "rect" in topic.lower()
+        return self.rectified in ("both", kind)
+
+
+@dataclass(frozen=True)
+class Straight:
+    """Which images are rectified already."""
+
+    color: bool = True
+    depth: bool = True
+
+
 @dataclass(frozen=True, eq=False)
 class FrameMessages:
     """The messages of one frame; decoding them costs more than everything before it."""
@@ -111,15 +130,26 @@ class FrameMessages:
     color: Any
     depth: Any
     info: Any
+    depth_scale: float = 0.0
+    """See `ImageConfig`."""
+    straight: Straight = Straight()
 
     def decoded(self) -> RgbdFrame:
-        """Return the frame.
+        """Return the frame, rectified.
 
         Raises:
-            ValueError: if it cannot be decoded.
+            ValueError: if it cannot be decoded, or its depth is in another unit.
         """
-        color, depth = color_from(self.color), depth_from(self.depth)
-        return RgbdFrame(self.stamp, color, depth, camera_from(self.info))
+        color = color_from(self.color)
+        depth = require_metres(depth_from(self.depth, self.depth_scale))
+        if self.straight.color and self.straight.depth:
+            return RgbdFrame(self.stamp, color, depth, camera_from(self.info))
+        lens = lens_from(self.info)
+        if not self.straight.color:
+            color = lens.rectified(color, nearest=False)
+        if not self.straight.depth:
+            depth = lens.rectified(depth, nearest=True)
+        return RgbdFrame(self.stamp, color, depth, lens.camera)
 
 
 class FrameSynchroniser:
@@ -130,7 +160,20 @@ class FrameSynchroniser:
     the older ones are left out, for as long as newer ones come.
     """
 
-    def __init__(self, config: SynchroniserConfig) -> None:
+    def __init__(
+        self,
+        config: SynchroniserConfig,
+        depth_scale: float = 0.0,
+        straight: Straight = Straight(),
+    ) -> None:
+        """Begin.
+
+        Args:
+            config: which images belong together.
+            depth_scale: see `ImageConfig`.
+            straight: which images are rectified.
+        """
+        self._depth_scale, self._straight = depth_scale, straight
         self._tolerance = int(config.tolerance * NANOSECONDS)
         self._jump = int(config.jump * NANOSECONDS)
         self._queue = config.queue
@@ -242,7 +285,9 @@ class FrameSynchroniser:
                     self._forget(self._depth, depth_index)
                     self._forget(self._color, color_index)
                     self._emitted = stamp
-                    return FrameMessages(stamp, color, depth, self._info)
+                    return FrameMessages(
+                        stamp, color, depth, self._info, self._depth_scale, self._straight
+                    )
         return None
 
     def _forget(self, queue: deque[tuple[int, Any]], index: int) -> None:

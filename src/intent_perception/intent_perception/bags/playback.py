@@ -1,12 +1,19 @@
 """A bag as frames to publish: options of the player, and the messages grouped by frame."""
 
 import argparse
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from intent_perception.bags.bag_files import BagMessage, ImageTopics, image_topics, read_messages
-from intent_perception.bags.bag_images import COLOR_TOPIC, DEPTH_TOPIC, INFO_TOPIC
+from intent_perception.bags.bag_files import BagMessage, image_topics, read_messages
+from intent_perception.bags.bag_topics import (
+    COLOR_TOPIC,
+    DEPTH_TOPIC,
+    INFO_TOPIC,
+    BagInput,
+    ImageTopics,
+    add_image_options,
+    bag_input,
+)
 from intent_perception.bags.frame_assembly import SynchroniserConfig
 
 
@@ -32,7 +39,8 @@ def parse_options(arguments: Sequence[str]) -> argparse.Namespace:
     add("-l", "--loop", action="store_true", help="start over at the end")
     add("--start-offset", type=float, default=0.0, help="skip the first seconds")
     add("-p", "--start-paused", action="store_true", help="wait for the service ~/resume")
-    add("--topics", nargs="*", default=[], help="play these too, as they were recorded")
+    add("--also", nargs="*", default=[], help="play these too, as they were recorded")
+    add("--topics", nargs=3, metavar=("COLOR", "DEPTH", "INFO"), default=[], help="the images")
     add("--clock", type=float, nargs="?", const=40.0, default=0.0, help="publish /clock, in Hz")
     add("--lockstep", action="store_true", help="wait for /intent/scene_state after every frame")
     add("--objects-only", action="store_true", help="with --lockstep: end once objects are known")
@@ -61,13 +69,17 @@ def target_topic(message: BagMessage, topics: ImageTopics) -> str:
     return name[1:] + (transport if message.type.endswith("CompressedImage") else "")
 
 
-def transports(bag: str) -> tuple[str, str]:
+def transports(bag: str, named: Sequence[str] = ()) -> tuple[str, str]:
     """Return the nodes' parameters color_transport and depth_transport that fit a bag.
+
+    Args:
+        bag: rosbag2 folder.
+        named: its topics of colour, depth and camera_info; empty: they are found.
 
     Raises:
         ValueError: if the bag cannot be read or holds no images.
     """
-    topics = image_topics(bag)
+    topics = image_topics(bag, named)
     kinds: dict[str, str] = {}
     for message in read_messages(bag, (topics.color, topics.depth), lambda _: None):
         kinds.setdefault(message.topic, message.type)
@@ -82,6 +94,7 @@ def bundles(
     start_offset: float = 0.0,
     extra: Sequence[str] = (),
     on_damage: Callable[[str], None] = lambda _: None,
+    named: Sequence[str] = (),
 ) -> Iterator[Bundle]:
     """Yield the frames of a bag: everything up to and around each depth image that has a partner.
 
@@ -90,11 +103,12 @@ def bundles(
         start_offset: leave out what was recorded before this time [s].
         extra: topics to play beside the images.
         on_damage: told of messages that cannot be read and are left out.
+        named: topics of colour, depth and camera_info; empty: they are found.
 
     Raises:
         ValueError: if the bag cannot be read or holds no images.
     """
-    topics = image_topics(bag)
+    topics = image_topics(bag, named)
     tolerance = int(SynchroniserConfig().tolerance * 1e9)
     names = [topics.color, topics.depth, *([topics.info] if topics.info else []), *extra]
     waiting: list[BagMessage] = []
@@ -139,12 +153,34 @@ def _frame_stamp(messages: list[BagMessage], topics: ImageTopics, tolerance: int
     return None
 
 
+def node_arguments(bag: str, given: BagInput) -> str:
+    """Return the ROS arguments with which the nodes hear a bag that is played to them.
+
+    Raises:
+        ValueError: if the bag cannot be read or holds no images.
+    """
+    topics = image_topics(bag, given.topics)
+    color, depth = transports(bag, given.topics)
+    words = [f"-p color_transport:={color} -p depth_transport:={depth}"]
+    straight = (
+        given.images.straight(topics.color, "color"),
+        given.images.straight(topics.depth, "depth"),
+    )
+    if straight != (True, True):  # the nodes' own topics say "rect"
+        name = {(True, False): "color", (False, True): "depth"}.get(straight, "neither")
+        words.append(f"-p rectified:={name}")
+    if given.images.depth_scale > 0.0:
+        words.append(f"-p depth_scale:={given.images.depth_scale!r}")
+    return " ".join(words)
+
+
 def main() -> None:
     """Print the ROS arguments with which the nodes hear a bag."""
-    if len(sys.argv) != 2:
-        raise SystemExit("usage: python -m intent_perception.replay BAG")
+    parser = argparse.ArgumentParser(prog="python -m intent_perception.replay", description=__doc__)
+    parser.add_argument("bag", help="rosbag2 folder")
+    add_image_options(parser)
+    options = parser.parse_args()
     try:
-        color, depth = transports(sys.argv[1])
+        print(node_arguments(options.bag, bag_input(options)))
     except ValueError as error:
         raise SystemExit(f"error: {error}") from None
-    print(f"-p color_transport:={color} -p depth_transport:={depth}")

@@ -13,7 +13,7 @@ from intent_perception.basics.arrays import Array, Mask
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.transforms import rotation_from_vector
 
-_SAMPLES = 2500
+_SAMPLES = 2000
 _DIRECTIONS = 48  # candidate directions for the first axis of a box
 _TURNS = np.deg2rad(np.arange(0.0, 90.0, 3.0))
 _REFINEMENTS = np.deg2rad([2.0, 1.0, 0.5, 0.25])

@@ -31,6 +31,8 @@ _COLOR_ENCODINGS: dict[str, tuple[int, tuple[int, int, int]]] = {
     "8UC1": (1, (0, 0, 0)),
     "8UC3": (3, (2, 1, 0)),
 }
+_CLOSEST, _FARTHEST = 0.1, 20.0  # between them lies the median of a camera's depth [m] …
+_USUAL = (0.25, 2.5)  # … and of one that looks at a table
 _WIDEST = 100.0
 """Focal lengths lie within this factor of the image's size."""
 _COMPRESSED_DEPTH_HEADER = struct.Struct("<iff")
@@ -191,6 +193,44 @@ def clean_depth(depth: NDArray[Any]) -> DepthImage:
     return clean
 
 
+def typical_depth(depth: DepthImage) -> float:
+    """Return about the median of the measurements in an image (H, W) [m], 0 without any."""
+    some = depth[::8, ::8]
+    some = some[some > 0.0]
+    return float(np.median(some)) if some.size else 0.0
+
+
+def require_metres(depth: DepthImage) -> DepthImage:
+    """Return depth (H, W) that is plausible as metres, or has no measurement.
+
+    Raises:
+        ValueError: for other depth, with the unit that it probably is in.
+    """
+    typical = typical_depth(depth)
+    if typical == 0.0 or _CLOSEST < typical < _FARTHEST:
+        return depth
+    raise ValueError(
+        f"the depth's median is {typical:.3g} m: wrong unit? Give --depth-scale (parameter "
+        f"depth_scale), the length of one unit in metres{_likely_scale(typical)}"
+    )
+
+
+def _likely_scale(typical: float) -> str:
+    return ": 0.001 for numbers in millimetres" if 100.0 < typical < 20000.0 else ""
+
+
+def depth_advice(depth: DepthImage) -> str:
+    """Return a sentence on the unit of depth (H, W) in which no table is seen; "" if it is fine."""
+    typical = typical_depth(depth)
+    if typical == 0.0 or _USUAL[0] < typical < _USUAL[1]:
+        return ""
+    return (
+        f"; the depth's median is {typical:.2g} m: if its unit is wrong, give --depth-scale "
+        "(parameter depth_scale), for instance 0.00025 or 0.0001 for quarters or tenths of a "
+        "millimetre"
+    )
+
+
 def depth_from_millimetres(depth: NDArray[Any]) -> DepthImage:
     """Return depth [m] from integers [mm]; the one place where that division is made."""
     metres: DepthImage = depth.astype(np.float32) / _MILLIMETRES
@@ -235,31 +275,48 @@ def decode_color(
     channels, order = _COLOR_ENCODINGS[encoding]
     pixels = _rows(data, height, width, step, np.dtype(np.uint8), channels)
     pixels = pixels.reshape(height, width, channels)
-    return np.ascontiguousarray(pixels[..., list(order)])
+    planes = cv2.split(pixels) if channels > 1 else (pixels[..., 0],)
+    return np.asarray(cv2.merge([planes[k] for k in order]))
 
 
-def decode_compressed_depth(data: bytes) -> DepthImage:
-    """Return depth (H, W) [m] from the data of a compressedDepth image.
+def decode_compressed_depth(data: bytes, format_name: str = "compressedDepth") -> DepthImage:
+    """Return depth (H, W) [m] from the data of a compressedDepth image or of a PNG of 16 bits.
 
     The format is that of compressed_depth_image_transport: a header of 12 bytes (an integer and the
     two quantisation parameters), then a PNG of 16 bits, either millimetres (parameters 0) or, for
-    32FC1, the quantised inverse depth.
+    32FC1, the quantised inverse depth. A driver that compresses depth as if it were colour sends
+    the PNG alone.
 
     Raises:
-        ValueError: when the data cannot be decoded.
+        ValueError: when the data cannot be decoded, with the remedy where it is RVL.
     """
+    if "rvl" in format_name.lower():
+        raise ValueError(
+            "depth compressed as RVL cannot be read: record with the parameter "
+            "…compressedDepth.format:=png of the driver's publisher, or record the raw depth"
+        )
+    if bytes(data[:8]) == b"\x89PNG\r\n\x1a\n":
+        return depth_from_millimetres(_depth_png(bytes(data)))
     if len(data) <= _COMPRESSED_DEPTH_HEADER.size:
         raise ValueError(f"expected compressedDepth with header and PNG, got {len(data)} bytes")
     _, quant_a, quant_b = _COMPRESSED_DEPTH_HEADER.unpack_from(data)
-    image = decode_image(data[_COMPRESSED_DEPTH_HEADER.size :], cv2.IMREAD_UNCHANGED)
-    if image.dtype != np.uint16 or image.ndim != 2:
-        raise ValueError(f"expected a PNG of 16-bit depth, got {image.dtype} of {image.shape}")
+    image = _depth_png(data[_COMPRESSED_DEPTH_HEADER.size :])
     if quant_a == 0.0 and quant_b == 0.0:
         return depth_from_millimetres(image)
     with np.errstate(divide="ignore"):
         metres = quant_a / (image.astype(np.float32) - np.float32(quant_b))
     metres[image == 0] = 0.0
     return clean_depth(metres)
+
+
+def _depth_png(data: bytes) -> NDArray[np.uint16]:
+    image = decode_image(data, cv2.IMREAD_UNCHANGED)
+    if image.dtype != np.uint16 or image.ndim != 2:
+        raise ValueError(
+            f"expected a PNG of 16-bit depth, got {image.dtype} of {image.shape}: depth that was "
+            "compressed like colour is lost; record it raw or as compressedDepth"
+        )
+    return image
 
 
 def decode_compressed_color(data: bytes) -> ColorImage:
@@ -269,7 +326,7 @@ def decode_compressed_color(data: bytes) -> ColorImage:
         ValueError: when the data cannot be decoded.
     """
     image = decode_image(data, cv2.IMREAD_COLOR)
-    return np.ascontiguousarray(image[..., ::-1])
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB))  # 10 times as fast as by strides
 
 
 def encode_compressed_depth(millimetres: NDArray[np.uint16]) -> bytes:

@@ -13,6 +13,7 @@ from scipy.spatial import ConvexHull
 
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.checked_files import read_bytes
+from intent_perception.geometry.mesh_colors import WITH_MATERIALS, material_color, mean_color
 from intent_perception.geometry.transforms import transform_points
 
 Faces = NDArray[np.int32]
@@ -186,10 +187,10 @@ def read_mesh(path: Path) -> tuple[Mesh, Array | None]:
     kind = path.suffix.lower().removeprefix(".")
     if kind not in _FORMATS:
         raise ValueError(f"expected a mesh as {', '.join(_FORMATS)}, got {path}")
-    content = io.BytesIO(read_bytes(path, _LARGEST_FILE))
+    content = read_bytes(path, _LARGEST_FILE)
     try:
         loaded = trimesh.load(
-            content, file_type=kind, force="mesh", process=False, skip_materials=True
+            io.BytesIO(content), file_type=kind, force="mesh", process=False, skip_materials=True
         )
     except Exception as error:  # trimesh's readers raise whatever their parsers raise
         reason = str(error) or type(error).__name__
@@ -202,9 +203,9 @@ def read_mesh(path: Path) -> tuple[Mesh, Array | None]:
         raise ValueError(
             f"{path} is damaged: it holds NaN, infinity or faces of vertices that are not there"
         )
-    color = None
-    if loaded.visual.kind == "vertex":
-        color = np.asarray(loaded.visual.vertex_colors)[:, :3].mean(axis=0) / 255.0
+    color = mean_color(loaded.visual, np.asarray(loaded.area_faces))
+    if kind in WITH_MATERIALS and loaded.visual.kind != "vertex":
+        color = material_color(path, content, kind)
     return _joined(vertices, faces), color
 
 

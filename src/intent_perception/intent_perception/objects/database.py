@@ -1,19 +1,22 @@
 """The object database: the shipped 48 objects, the shipped clutter, or a user's own meshes.
 
 A database is a YAML file (or a folder that holds one): `{objects: [{name, mesh, unit, class}, …]}`.
-Those four keys are enough for any mesh; the optional ones are `color`, `mass`, `density`,
+Its objects are added to the shipped ones, of which those of the same name make way; with
+`only: true` beside `objects` they are all there is.
+Those four keys are enough for any mesh; the optional ones are `up`, `color`, `mass`, `density`,
 `friction`, `functions`, `symmetry` and `stable_poses` (see `loading`).
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Protocol
 
 from intent_perception import SHARE
 from intent_perception.basics.checked_files import read_yaml
 from intent_perception.geometry.mesh import Mesh
-from intent_perception.objects.loading import load_model
+from intent_perception.objects.loading import load_entry
 from intent_perception.objects.model import (
     OBJECT_CLASSES,
     Edge,
@@ -69,6 +72,8 @@ class ObjectDatabase:
 
     models: tuple[ObjectModel, ...]
     """The objects; names are unique."""
+    notes: tuple[str, ...] = ()
+    """What looks wrong with entries of the file, one sentence each."""
     estimated: dict[str, ObjectModel] = field(default_factory=dict)
     """Shapes of things that are in no file, learnt while a run goes on; by name."""
 
@@ -80,8 +85,13 @@ class ObjectDatabase:
             raise ValueError(f"expected unique object names, got twice: {', '.join(twice)}")
 
     @classmethod
-    def load(cls, path: str | Path | None = None) -> "ObjectDatabase":
+    def load(cls, path: str | Path | None = None, alone: bool = False) -> "ObjectDatabase":
         """Return the database in a YAML file or in a folder with one; None = the shipped 48.
+
+        Args:
+            path: of a user's own objects, which are added to the shipped ones unless the file says
+                `only: true`.
+            alone: whether only the file's own objects are wanted, whatever it says.
 
         Raises:
             ValueError: if it cannot be read or an entry is wrong, with file, entry and remedy.
@@ -97,7 +107,15 @@ class ObjectDatabase:
                 f"expected {file} to hold `objects:` with a list of entries "
                 "{name, mesh, unit, class}"
             )
-        return cls(tuple(load_model(entry, file) for entry in entries))
+        loaded = [load_entry(entry, file) for entry in entries]
+        notes = tuple(note for _, some in loaded for note in some)
+        own = cls(tuple(model for model, _ in loaded), notes)
+        only = content.get("only", False)
+        if not isinstance(only, bool):
+            raise ValueError(f"expected `only: true` or false in {file}, got {only!r}")
+        if alone or only or file.parent.resolve() == SHIPPED.parent.resolve():
+            return own
+        return cls(own.models + tuple(m for m in _shipped().models if m.name not in own), notes)
 
     @classmethod
     def clutter(cls) -> "ObjectDatabase":
@@ -153,7 +171,12 @@ class ObjectDatabase:
 
     def joined(self, other: "ObjectDatabase") -> "ObjectDatabase":
         """Return the objects of both databases."""
-        return ObjectDatabase(self.models + other.models)
+        return ObjectDatabase(self.models + other.models, self.notes + other.notes)
+
+
+@cache
+def _shipped() -> ObjectDatabase:
+    return ObjectDatabase.load()
 
 
 def _database_file(path: Path) -> Path:

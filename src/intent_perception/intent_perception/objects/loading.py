@@ -1,10 +1,13 @@
 """One entry of an object database file -> ObjectModel; what the entry leaves out is computed.
 
-Optional keys of an entry: `color` [r, g, b] in 0..1; `mass` [kg] or `density` [kg/m³]; `friction`;
+Optional keys of an entry: `up` (x, y, z, -x, -y or -z: the axis of the file that points up from a
+standing vessel, or from a tool's handle to its working end; the object's frame is turned so that
+it becomes z, and the keys below are in that frame); `color` [r, g, b] in 0..1; `mass` [kg] or
+`density` [kg/m³]; `friction`;
 `functions` {opening: {center, normal, radius}, edge: {start, end, direction},
 face: {center, normal}, tip, handle: [names], functional: [names]};
 `symmetry` {axis, center, turns}; `stable_poses`; poses and turns are rows of 6 values, position
-and rotation vector; all lengths in these keys in m, in the frame of the mesh.
+and rotation vector; all lengths in these keys in m, in the frame of the object.
 """
 
 from pathlib import Path
@@ -16,8 +19,10 @@ from numpy.typing import NDArray
 from intent_perception.basics.array_files import read_arrays, require_finite
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.safe_files import write_arrays
+from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.mesh import Mesh, read_mesh
-from intent_perception.geometry.transforms import pose_from_vector
+from intent_perception.geometry.transforms import make_pose, pose_from_vector, require_pose
+from intent_perception.objects.class_check import checked_class, shape_notes, turned_upright
 from intent_perception.objects.model import (
     Edge,
     Face,
@@ -34,7 +39,7 @@ UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Metres in each unit that a mesh may be stored in."""
 
 _KEYS = {"name", "mesh", "unit", "class"}
-_OPTIONAL = {"color", "mass", "density", "friction", "functions", "symmetry", "stable_poses"}
+_OPTIONAL = {"up", "color", "mass", "density", "friction", "functions", "symmetry", "stable_poses"}
 _LARGEST, _SMALLEST = 1.0, 0.005
 _FARTHEST = 10.0
 """Coordinates of an object [m] and turns [rad] beyond are mistakes."""
@@ -49,8 +54,8 @@ GREY = np.array([0.6, 0.6, 0.6])
 """Colour of objects whose mesh and entry give none: it says nothing."""
 
 
-def load_model(entry: dict[str, Any], file: Path) -> ObjectModel:
-    """Return the object of one entry of the database file.
+def load_entry(entry: dict[str, Any], file: Path) -> tuple[ObjectModel, tuple[str, ...]]:
+    """Return the object of one entry of the database file, and notes on what looks wrong with it.
 
     Raises:
         ValueError: for missing or unknown keys, a mesh that cannot be read, a wrong unit, or
@@ -66,30 +71,42 @@ def load_model(entry: dict[str, Any], file: Path) -> ObjectModel:
         raise ValueError(f"{where} {problem}; keys: {sorted(_KEYS)}, or {sorted(_OPTIONAL)}")
     given = {key: value for key, value in entry.items() if value is not None}
     try:
-        return _model(given, file.parent / str(given["mesh"]))
+        model, notes = _model(given, file.parent / str(given["mesh"]))
     except (
         ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError,
         np.linalg.LinAlgError, FloatingPointError,
     ) as error:  # fmt: skip
         raise ValueError(f"{where}: {error}") from error
+    return model, tuple(f"{where}: {note}" for note in notes)
 
 
-def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
+def _model(entry: dict[str, Any], path: Path) -> tuple[ObjectModel, list[str]]:
     name = str(entry["name"])
     if not name or any(character.isspace() or character == "/" for character in name):
         raise ValueError(f"expected a name without blanks and slashes, got {name!r}")
+    object_class, note = checked_class(str(entry["class"]))
     if entry["unit"] not in UNITS:
         raise ValueError(f"expected a unit of {', '.join(UNITS)}, got {entry['unit']!r}")
     scale = UNITS[entry["unit"]]
     parts: tuple[Part, ...] | None = None
+    boxes: tuple[Box, ...] | None = None
     color = None
     if path.suffix == ".npz":
-        mesh, parts = read_parts(path)
+        mesh, parts, boxes = read_parts(path)
     else:
         mesh, color = read_mesh(path)
-    mesh = mesh.scaled(scale) if scale != 1.0 else mesh
+    if scale != 1.0:
+        mesh, boxes = mesh.scaled(scale), None
     _check_size(mesh, str(entry["unit"]))
     _ = mesh.convex_hull  # refuses a flat sheet
+    notes = [note] if note else []
+    if "functions" not in entry or "up" in entry:  # who annotates a mesh knows its frame
+        turn, note = turned_upright(mesh, object_class, entry.get("up"))
+        notes += [note] if note else []
+        if not np.array_equal(turn, np.eye(4)):
+            mesh, boxes = mesh.transformed(turn), None
+            parts = parts and tuple(Part(p.name, p.mesh.transformed(turn)) for p in parts)
+        notes += shape_notes(mesh, object_class, str(entry["unit"]), UNITS)
     if "color" in entry:
         color = _vector(entry["color"], "color", farthest=1e3)
         if color.min() < 0.0 or color.max() > 1.0:
@@ -100,9 +117,9 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
         if "stable_poses" in entry
         else stable_poses(mesh, symmetry)
     )
-    return ObjectModel(
+    model = ObjectModel(
         name=name,
-        object_class=str(entry["class"]),
+        object_class=object_class,
         mesh=mesh,
         color=GREY if color is None else color,
         annotated_parts=parts,
@@ -111,11 +128,14 @@ def _model(entry: dict[str, Any], path: Path) -> ObjectModel:
         friction=_positive(entry.get("friction", _FRICTION), "friction"),
         symmetry=symmetry,
         stable_poses=poses,
+        stored_boxes=boxes,
     )
+    return model, notes
 
 
-def write_parts(path: Path, mesh: Mesh, parts: tuple[Part, ...]) -> None:
-    """Write a mesh [m] and its convex parts as one compressed npz file."""
+def write_parts(path: Path, model: ObjectModel) -> None:
+    """Write mesh [m], convex parts and boxes of an object as one compressed npz file."""
+    mesh, parts, boxes = model.mesh, model.parts, model.boxes
     arrays: dict[str, NDArray[Any]] = dict(
         vertices=mesh.vertices.astype(np.float32),
         faces=mesh.faces.astype(np.uint16),
@@ -123,12 +143,13 @@ def write_parts(path: Path, mesh: Mesh, parts: tuple[Part, ...]) -> None:
         part_vertices=np.concatenate([p.mesh.vertices for p in parts]).astype(np.float32),
         part_faces=np.concatenate([p.mesh.faces for p in parts]).astype(np.uint16),
         part_counts=np.array([(len(p.mesh.vertices), len(p.mesh.faces)) for p in parts]),
+        boxes=np.stack([[*box.center, *box.rotation.ravel(), *box.half_size] for box in boxes]),
     )
     write_arrays(path, arrays)
 
 
-def read_parts(path: Path) -> tuple[Mesh, tuple[Part, ...]]:
-    """Return the mesh and the convex parts in a file of `write_parts`.
+def read_parts(path: Path) -> tuple[Mesh, tuple[Part, ...], tuple[Box, ...] | None]:
+    """Return mesh, convex parts and, if they are there, boxes in a file of `write_parts`.
 
     Raises:
         ValueError: if the file is missing or damaged.
@@ -146,9 +167,21 @@ def read_parts(path: Path) -> tuple[Mesh, tuple[Part, ...]]:
         vertices = np.split(stored["part_vertices"], ends[:, 0])
         faces = np.split(stored["part_faces"], ends[:, 1])
         meshes = [Mesh.of(v, f) for v, f in zip(vertices, faces, strict=True)]
-        return mesh, tuple(Part(n, m) for n, m in zip(names, meshes, strict=True))
+        parts = tuple(Part(n, m) for n, m in zip(names, meshes, strict=True))
+        return mesh, parts, _boxes(stored["boxes"]) if "boxes" in stored else None
     except (KeyError, ValueError, IndexError, TypeError, OverflowError) as error:
         raise ValueError(f"cannot read the mesh {path}: {error}") from error
+
+
+def _boxes(rows: Array) -> tuple[Box, ...]:
+    """Return the boxes of rows (K, 15): centre, rotation row by row, half edges."""
+    if rows.ndim != 2 or rows.shape[1] != 15 or not len(rows):
+        raise ValueError(f"expected boxes (K, 15), got {rows.shape}")
+    for row in rows:
+        require_pose(make_pose(row[3:12].reshape(3, 3), row[:3]), "the pose of each box")
+        if not np.all(row[12:] > 0.0):
+            raise ValueError("expected half edges of boxes above 0")
+    return tuple(Box(row[:3], row[3:12].reshape(3, 3), row[12:]) for row in rows)
 
 
 def _check_size(mesh: Mesh, unit: str) -> None:

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from intent_perception.basics.arrays import Array
+from intent_perception.geometry.boxes import Box, decompose
 from intent_perception.geometry.convex_parts import convex_pieces
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.transforms import rotation_from_vector
@@ -132,6 +133,8 @@ class ObjectModel:
     stable_poses: Array
     """(S, 4, 4) T_table_object with x = y = 0, the likeliest (natural) first; any turn about the
     vertical is as stable."""
+    stored_boxes: tuple[Box, ...] | None = None
+    """Boxes that it decomposes into; None = to be computed when `boxes` is asked for."""
 
     @property
     def rest(self) -> Array:
@@ -148,6 +151,11 @@ class ObjectModel:
         if self.annotated_parts is not None:
             return self.annotated_parts
         return tuple(Part("body", piece) for piece in convex_pieces(self.mesh))
+
+    @cached_property
+    def boxes(self) -> tuple[Box, ...]:
+        """Boxes that the object decomposes into, the one with most of the surface first."""
+        return decompose(self.mesh) if self.stored_boxes is None else self.stored_boxes
 
     @cached_property
     def size(self) -> Array:

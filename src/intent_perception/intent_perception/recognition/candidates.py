@@ -38,6 +38,7 @@ _PER_REGION = 36
 _PER_MODEL = 3  # in one region
 _PER_THING = 24  # of what is known to be one thing, and how large
 _MOST = 300  # in all: what bounds the work where a whole arm or room is taken for objects
+_MOST_PIXELS = 800_000  # that they cover together: near things are large, and fewer are drawn
 _CLEAR = 0.3  # evidence of pixels whose colour counts
 _LEAST_CONTOUR_FACTOR = 0.85  # neighbours may touch: the contour alone rules nothing out
 _LEAST_COLOR_FACTOR = 0.5  # lamps and paints differ: colour alone rules nothing out
@@ -180,12 +181,16 @@ class PoseJudge:
         column = scene.intrinsics[0] * poses[:, 9] / poses[:, 11] + scene.intrinsics[2]
         row = scene.intrinsics[1] * poses[:, 10] / poses[:, 11] + scene.intrinsics[3]
         region = (row / _REGION).astype(np.int64) * 1000 + (column / _REGION).astype(np.int64)
+        # a convex body shows a quarter of its surface
+        whole = library.point_areas * np.diff(library.offsets) / 4.0
+        drawn = whole[models] * (scene.intrinsics[0] * scene.intrinsics[1] / poses[:, 11] ** 2)
+        room = float(_MOST_PIXELS)
         taken: dict[int, int] = {}
         taken_of: dict[tuple[int, int], int] = {}
         taken_by: dict[int, int] = {}
         kept: list[int] = []
         for k in np.argsort(-worth, kind="stable"):
-            if len(kept) >= _MOST:
+            if len(kept) >= _MOST or room <= 0.0:
                 break
             place, own = int(region[k]), (int(region[k]), int(models[k]))
             if score[k] < _LEAST_SCORE or taken.get(place, 0) >= _PER_REGION:
@@ -198,6 +203,7 @@ class PoseJudge:
             taken_by[thing] = taken_by.get(thing, 0) + 1
             taken[place] = taken.get(place, 0) + 1
             taken_of[own] = taken_of.get(own, 0) + 1
+            room -= float(drawn[k])
             kept.append(k)
         return models[kept], poses[kept]
 

@@ -76,26 +76,20 @@ def select(
     match = evidence.counts[:, MATCH]
     usable = (quality >= least_quality) & (match >= least_pixels)
     weight = np.where(usable, quality**_QUALITY_POWER * evidence.factors, 0.0)
+    hopeful = np.flatnonzero(weight > 0.0)
+    weight, match, windows = weight[hopeful], match[hopeful], evidence.windows[hopeful]
+    contrary = against(evidence.values, windows)
     chosen: list[int] = []
-    # What a hypothesis adds to nothing bounds what it adds to anything: the best need few looks.
-    alone, against = gains(evidence.values, evidence.windows, np.zeros(shape, np.float32))
-    bound = (alone - against) * weight
-    order = np.argsort(-bound, kind="stable")
-    order = order[bound[order] > 0.0]
 
     def best() -> int | None:
         if len(chosen) >= _MOST:
             return None
-        explained = explained_by(
-            evidence.values, evidence.windows, np.array(chosen, np.int64), shape
-        )
-        enough = np.maximum(np.float32(least_pixels), np.float32(least_new) * match)
-        winner = int(
-            strongest(
-                evidence.values, evidence.windows, explained, order, bound, against, weight, enough
-            )
-        )
-        return winner if winner >= 0 else None
+        explained = explained_by(evidence.values, windows, np.array(chosen, np.int64), shape)
+        new = gains(evidence.values, windows, explained)
+        worth = (new - contrary) * weight
+        worth[(new < least_pixels) | (new < least_new * match)] = 0.0
+        winner = int(np.argmax(worth)) if len(worth) else 0
+        return winner if len(worth) and worth[winner] > 0.0 else None
 
     while (winner := best()) is not None:
         chosen.append(winner)
@@ -107,7 +101,7 @@ def select(
                 chosen.append(winner)
         if sorted(chosen) == before:
             break
-    return np.array(chosen, np.int64)
+    return hopeful[np.array(chosen, np.int64)]
 
 
 @kernel
@@ -127,62 +121,31 @@ def explained_by(
 
 
 @kernel
-def gains(values: Floats, windows: NDArray[np.int64], explained: Floats) -> tuple[Floats, Floats]:
-    """Return for each hypothesis the evidence it adds to what is explained, and that against it."""
-    count = len(windows)
-    new = np.zeros(count, np.float32)
-    against = np.zeros(count, np.float32)
-    for k in range(count):
+def gains(values: Floats, windows: NDArray[np.int64], explained: Floats) -> Floats:
+    """Return the evidence (N,) that each hypothesis adds to what is explained (H, W)."""
+    nothing = np.float32(0.0)
+    new = np.zeros(len(windows), np.float32)
+    for k in range(len(windows)):
         left, top, width, height, start = windows[k]
+        total = nothing
         for j in range(height):
+            row = values[start + j * width : start + (j + 1) * width]
+            before = explained[top + j, left : left + width]
             for i in range(width):
-                value = values[start + j * width + i]
-                if value < 0.0:
-                    against[k] -= value
-                elif value > explained[top + j, left + i]:
-                    new[k] += value - explained[top + j, left + i]
-    return new, against
+                total += max(row[i] - before[i], nothing)
+        new[k] = total
+    return new
 
 
 @kernel
-def strongest(
-    values: Floats,
-    windows: NDArray[np.int64],
-    explained: Floats,
-    order: NDArray[np.int64],
-    bound: Floats,
-    against: Floats,
-    weight: Floats,
-    enough: Floats,
-) -> int:
-    """Return the hypothesis that adds most to what is explained, weighted; -1 where none does.
-
-    Args:
-        values: see `PixelEvidence`.
-        windows: the same.
-        explained: (H, W) best evidence so far.
-        order: (K,) hypotheses by what they add to nothing, most first.
-        bound: (N,) that, weighted.
-        against: (N,) evidence against each.
-        weight: (N,) of each.
-        enough: (N,) evidence that each must add at least.
-    """
-    winner = -1
-    most = np.float32(0.0)
-    for k in order:
-        if bound[k] * np.float32(1.001) < most:
-            break
-        left, top, width, height, start = windows[k]
-        new = np.float32(0.0)
-        for j in range(height):
-            for i in range(width):
-                value = values[start + j * width + i]
-                if value > 0.0 and value > explained[top + j, left + i]:
-                    new += value - explained[top + j, left + i]
-        if new < enough[k]:
-            continue
-        worth = (new - against[k]) * weight[k]
-        if worth > most or (worth == most and winner >= 0 and k < winner):
-            most = worth
-            winner = k
-    return winner
+def against(values: Floats, windows: NDArray[np.int64]) -> Floats:
+    """Return the evidence (N,) against each hypothesis."""
+    nothing = np.float32(0.0)
+    sums = np.zeros(len(windows), np.float32)
+    for k in range(len(windows)):
+        start = windows[k, 4]
+        total = nothing
+        for value in values[start : start + windows[k, 2] * windows[k, 3]]:
+            total += max(-value, nothing)
+        sums[k] = total
+    return sums

@@ -14,6 +14,7 @@ from intent_perception.recognition.candidates import PoseJudge
 from intent_perception.recognition.confidence import confidence, features_of
 from intent_perception.recognition.conflict import (
     PixelEvidence,
+    against,
     explained_by,
     gains,
     quality_of,
@@ -33,7 +34,8 @@ from intent_perception.recognition.verification.explanation import DRAWN, MATCH
 from intent_perception.scene.oriented_image import OrientedImage, orient
 from intent_perception.scene.scene_view import SceneView
 from intent_perception.scene.segmentation import Segmentation, segment
-from intent_perception.scene.table_plane import TablePlane, find_table
+from intent_perception.scene.table_plane import TablePlane
+from intent_perception.scene.table_search import find_table
 
 _COARSE = 1.7  # the first stage allows for the error of a single pair
 _SELECTIONS = 3
@@ -48,6 +50,8 @@ _SHARPNESS = 3
 calibration error of the confidence, which was fitted with 3, of .0129 instead of .0125."""
 LIKELY = 0.5
 """From this confidence on an object is taken to be there."""
+_MOST_WITHOUT_TABLE = 40_000
+"""Pixels on which things in the air are searched for; more are walls, people, a whole room."""
 _SLOTS = 3  # poses kept of each model in each image cell
 
 
@@ -180,10 +184,18 @@ def oriented_scene(frame: RgbdFrame, config: DetectorConfig, reduced: int = 1) -
     return orient(frame, config.focal_length / reduced, config.normal_radius, config.max_depth)
 
 
-def table_of(image: OrientedImage, config: DetectorConfig) -> TablePlane | None:
-    """Return the table of a scene, None if there is none."""
+def table_of(
+    image: OrientedImage, config: DetectorConfig, up: Array | None = None
+) -> TablePlane | None:
+    """Return the table of a scene, None if there is none.
+
+    Args:
+        image: the scene.
+        config: what a table is.
+        up: (3,) the vertical in the camera's frame, None = the scene tells it.
+    """
     rng = np.random.default_rng(config.seed)
-    return find_table(image, rng, config.table_tolerance, config.table_share)
+    return find_table(image, rng, config.table_tolerance, config.table_share, up)
 
 
 class Detector:
@@ -197,9 +209,9 @@ class Detector:
         """Return points and normals of a frame."""
         return oriented_scene(frame, self.config)
 
-    def table(self, image: OrientedImage) -> TablePlane | None:
-        """Return the table of a scene, None if there is none."""
-        return table_of(image, self.config)
+    def table(self, image: OrientedImage, up: Array | None = None) -> TablePlane | None:
+        """Return the table of a scene, None if there is none; see `table_of`."""
+        return table_of(image, self.config, up)
 
     def find(self, frame: RgbdFrame) -> Findings:
         """Return all objects of the library in a frame."""
@@ -229,6 +241,11 @@ class Detector:
         rng = np.random.default_rng(config.seed)
         scene = SceneView.of(image, segment(image, table, allowed))
         judge = PoseJudge(self.library, scene, config.tolerance, resting=not config.hash_only)
+        crowded = int(scene.parts.mask.sum()) > _MOST_WITHOUT_TABLE
+        if table is None and crowded and self.config.table_share < 1.0:
+            # Nothing stands out: a search among walls and people would take minutes.
+            yield Findings((), image, scene.parts, 0, True)
+            return
         shapes = self._shapes(scene)
         candidates, made = self._remembered(known, judge), 0
         found, focus = self._judged(scene, judge, candidates)
@@ -431,9 +448,10 @@ class Detector:
         worth = drawing.worth(explained)
         if worth < _LEFT * self.config.least_pixels:
             return None
-        new, against = gains(evidence.values, evidence.windows, explained)
+        new = gains(evidence.values, evidence.windows, explained)
+        contrary = against(evidence.values, evidence.windows)
         quality = quality_of(evidence.counts) ** _SHARPNESS
-        rivals = (new - against) * quality * evidence.factors
+        rivals = (new - contrary) * quality * evidence.factors
         rival = float(np.max(rivals, where=models != model, initial=0.0))
         features = features_of(
             drawing,

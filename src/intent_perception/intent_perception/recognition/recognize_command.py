@@ -6,6 +6,7 @@ python -m intent_perception.recognize [--models DB]
 """
 
 import argparse
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -16,9 +17,10 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.safe_files import output_file, write_json
-from intent_perception.geometry.camera import RgbdFrame, clean_depth, read_camera
+from intent_perception.geometry.camera import RgbdFrame, clean_depth, depth_advice
 from intent_perception.geometry.cloud import read_cloud, view_cloud
 from intent_perception.geometry.coded_images import read_picture, write_picture
+from intent_perception.geometry.lens import read_lens
 from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import Functions, ObjectModel
@@ -38,7 +40,7 @@ def read_images(rgb: Path, depth: Path, scale: float, camera: Path) -> RgbdFrame
         rgb: colour image.
         depth: 16-bit depth image.
         scale: metres per unit of depth; from 1 on, units per metre.
-        camera: see `read_camera`.
+        camera: see `read_lens`.
 
     Raises:
         ValueError: if a file cannot be read or they do not fit each other.
@@ -55,8 +57,10 @@ def read_images(rgb: Path, depth: Path, scale: float, camera: Path) -> RgbdFrame
             "check --depth-scale (0.001 for millimetres)"
         )
     height, width = values.shape
-    rgb_image = np.ascontiguousarray(color[..., ::-1])
-    return RgbdFrame(0, rgb_image, metres, read_camera(camera, (width, height)))
+    rgb_image = np.ascontiguousarray(color[..., ::-1], dtype=np.uint8)
+    lens = read_lens(camera, (width, height))
+    straight = lens.rectified(rgb_image, nearest=False)
+    return RgbdFrame(0, straight, lens.rectified(metres, nearest=True), lens.camera)
 
 
 def report(findings: Findings, detector: Detector, T_out_camera: Array) -> list[dict[str, Any]]:
@@ -148,7 +152,9 @@ def main() -> None:
     parser.add_argument("--rgb", type=Path)
     parser.add_argument("--depth", type=Path)
     parser.add_argument("--depth-scale", type=float, default=0.001, help="metres per unit")
-    parser.add_argument("--camera", type=Path, help="JSON with fx, fy, cx, cy or K")
+    parser.add_argument(
+        "--camera", type=Path, help="ROS's camera yaml, or JSON with fx, fy, cx, cy or K"
+    )
     parser.add_argument("--cloud", type=Path, help="PLY with normals, instead of images")
     parser.add_argument("--unit", choices=("m", "mm"), default="m")
     parser.add_argument("--json", type=output_file, default="-")
@@ -175,10 +181,18 @@ def run(arguments: argparse.Namespace) -> dict[str, Any]:
         raise ValueError("expected --rgb, --depth and --camera, or --cloud")
     else:
         frame = read_images(arguments.rgb, arguments.depth, arguments.depth_scale, arguments.camera)
-    detector = Detector(ModelLibrary.of(ObjectDatabase.load(arguments.models)), config)
+    # a scan of a user's own thing is no table with the shipped objects on it
+    database = ObjectDatabase.load(arguments.models, alone=arguments.cloud is not None)
+    for note in database.notes:
+        print(f"recognize: {note}", file=sys.stderr)
+    detector = Detector(ModelLibrary.of(database), config)
     start = time.process_time()
     findings = detector.find(frame)
     seconds = time.process_time() - start
+    if findings.segmentation.table is None and arguments.cloud is None:
+        advice = depth_advice(frame.depth)
+        searched = "things in the air were" if findings.hypotheses else "nothing was"
+        print(f"recognize: no table is seen: {searched} searched for{advice}", file=sys.stderr)
     if arguments.picture is not None:
         picture(frame, findings, detector, arguments.picture)
     return {

@@ -80,7 +80,7 @@ class RecognizedObjects:
     objects: tuple[RecognizedObject, ...]
     """In decreasing order of confidence; empty when there is nothing known."""
     T_table_camera: Array
-    """(4, 4) camera -> table; the identity where no table is seen."""
+    """(4, 4) camera -> table; the identity where no table is seen and none is calibrated."""
     complete: bool = True
     """False: a first answer; what is still being looked at follows with the same stamp."""
 
@@ -125,12 +125,15 @@ class Recognizer:
         if T_table_camera is not None:
             T_table_camera = require_pose(T_table_camera, "T_table_camera")
         self._T_table_camera = T_table_camera
+        self.up: Array | None = None if T_table_camera is None else T_table_camera[2, :3]
+        """(3,) the vertical in the camera's frame, where a calibration or an IMU tells it."""
         self.reset()
 
     def reset(self) -> None:
         """Forget the answer that is held."""
         self._answer: RecognizedObjects | None = None
         self._found: tuple[Detection, ...] = ()
+        self._stands = False
         self._memory.forget()
         self._things.forget()
 
@@ -147,15 +150,15 @@ class Recognizer:
 
         First the table alone, then the objects that a first look finds, last the complete answer.
         """
-        if self._answer is not None and self._answer.table_seen and not self._differs(frame):
+        if self._stands and not self._differs(frame):
             return
         image = self._detector.oriented(frame)
-        table = self._detector.table(image)
+        table = self._detector.table(image, self.up)
         if table is None and self._answer is not None:
             return
         everything = self._config.detection.table_share >= 1.0
         start = RecognizedObjects(frame.stamp, (), self._frame_of(table), table is None)
-        if not everything and (self._answer is None or not self._answer.table_seen):
+        if not everything and not self._stands:
             # Without a table nothing stands out, and a search among everything never ends.
             self._answer = start
             yield start
@@ -163,7 +166,8 @@ class Recognizer:
             allowed = ~arm_pixels(image, table, self._config.arm)
             for findings in self._detector.looks(image, table, allowed, self._found):
                 yield self._reported(frame.stamp, findings)
-            self._memory.keep(frame)
+            self._memory.keep(frame, self.up)
+            self._stands = True
 
     def _differs(self, frame: RgbdFrame) -> bool:
         """Return whether the scene is another one than that of the answer."""

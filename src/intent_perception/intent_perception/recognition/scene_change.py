@@ -54,13 +54,20 @@ class SceneMemory:
     def forget(self) -> None:
         """Know no scene."""
         self._seen: Floats | None = None
+        self._up: Array | None = None
         self._sketch: Floats | None = None
         self._moved: tuple[int, Floats] | None = None
 
-    def keep(self, frame: RgbdFrame) -> None:
-        """Take the scene of an answer; arms in it are no part of it."""
+    def keep(self, frame: RgbdFrame, up: Array | None = None) -> None:
+        """Take the scene of an answer; arms in it are no part of it.
+
+        Args:
+            frame: that was answered.
+            up: (3,) the vertical in the camera's frame, None = the scene tells it.
+        """
         image = oriented_scene(frame, self._detection, _REDUCED)
-        arm = arm_pixels(image, table_of(image, self._detection), self._arm)
+        self._up = up
+        arm = arm_pixels(image, table_of(image, self._detection, up), self._arm)
         self._seen = np.where(arm, np.float32(0.0), image.smooth)
         self._sketch = _sketched(frame)
 
@@ -80,7 +87,7 @@ class SceneMemory:
         if frame.stamp - self._moved[0] < self._config.still * NANOSECONDS:
             return False
         image = oriented_scene(frame, self._detection, _REDUCED)
-        table = table_of(image, self._detection)
+        table = table_of(image, self._detection, self._up)
         if table is None:
             return False
         arm = arm_pixels(image, table, self._arm)

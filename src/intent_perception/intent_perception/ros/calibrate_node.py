@@ -7,7 +7,7 @@ from tf2_msgs.msg import TFMessage
 from intent_perception.basics.parameters import Checked
 from intent_perception.basics.safe_files import write_json
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.ros.convert import header_at, transforms_to_msg
+from intent_perception.ros.camera_frames import CameraFrames, FramesConfig
 from intent_perception.ros.node import LATCHED, FrameSubscription, IntentNode, declared, run
 from intent_perception.scene.camera_calibration import CalibrationConfig, Chessboard, calibrate
 
@@ -32,6 +32,7 @@ class CalibrateNode(IntentNode):
         self._config = declared(self, CalibrateConfig())
         self._publisher = self.create_publisher(TFMessage, "/tf_static", LATCHED)
         self._done = False
+        self._around = CameraFrames(self, declared(self, FramesConfig()))
         self._frames = FrameSubscription(self, self._on_frame)
 
     def reset(self) -> None:
@@ -45,9 +46,11 @@ class CalibrateNode(IntentNode):
         found = calibrate(frame, board, self._config.search)
         if found is None or (board is not None and found.source != "chessboard"):
             raise ValueError("neither board nor table is seen clearly; move camera, board or lamp")
+        transform = self._around.message(frame.stamp, self._frames.frame_id, found.T_table_camera)
+        if transform is None:  # /tf_static may still come
+            return
         self._done = True
-        pose = [(self._frames.frame_id, found.T_table_camera)]
-        self._publisher.publish(transforms_to_msg(header_at(frame.stamp), pose))
+        self._publisher.publish(transform)
         if self._config.output:
             report = {"T_table_camera": found.T_table_camera.tolist(), "source": found.source}
             write_json(self._config.output, report, indent=2)

@@ -32,6 +32,8 @@ from intent_perception.bags.frame_assembly import (
     NANOSECONDS,
     FrameMessages,
     FrameSynchroniser,
+    ImageConfig,
+    Straight,
     SynchroniserConfig,
 )
 from intent_perception.basics.parameters import (
@@ -70,7 +72,8 @@ class DatabaseConfig(Checked):
     """Which objects a node knows."""
 
     models: str = ""
-    """Object database: a YAML file or a folder with one; empty: the shipped 48 objects."""
+    """Object database: a YAML file or a folder with one, added to the shipped 48 objects unless it
+    says `only: true`; empty: the shipped ones alone."""
 
 
 @dataclass(frozen=True)
@@ -90,9 +93,9 @@ class InputConfig(Checked):
 
     color_transport: Literal["raw", "compressed"] = "raw"
     """How colour images are sent: raw or compressed."""
-    depth_transport: Literal["raw", "compressedDepth"] = "raw"
-    """How depth images are sent: raw or compressedDepth."""
-    queue: int = 4
+    depth_transport: Literal["raw", "compressedDepth", "compressed"] = "raw"
+    """How depth images are sent: raw, compressedDepth, or compressed as PNG of 16 bits."""
+    queue: int = 3
     """Images kept while a step runs: what arrives beyond is dropped, the oldest first; 1..1000."""
     silence: float = 5.0
     """Time without a frame after which the node says what it is waiting for [s], 0 = never,
@@ -147,7 +150,10 @@ def _descriptor(kind: Kind, ros_type: int) -> ParameterDescriptor:
 
 def declared_database(node: Node) -> ObjectDatabase:
     """Return the object database that the parameter `models` names; empty: the shipped one."""
-    return ObjectDatabase.load(declared(node, DatabaseConfig()).models or None)
+    database = ObjectDatabase.load(declared(node, DatabaseConfig()).models or None)
+    for note in database.notes:
+        node.get_logger().warning(note)
+    return database
 
 
 class IntentNode(Node):
@@ -301,8 +307,12 @@ class FrameSubscription:
             wanted: whether the frame of a stamp [ns] is looked at; others are not even decoded.
         """
         self._node, self._on_frame, self._wanted = node, on_frame, wanted
-        self._config = declared(node, InputConfig())
-        self.synchroniser = FrameSynchroniser(self._config.synchroniser)
+        self._config, images = declared(node, InputConfig()), declared(node, ImageConfig())
+        color = images.straight(node.resolve_topic_name("rgb/image_rect_color"), "color")
+        depth = images.straight(node.resolve_topic_name("depth_registered/image_rect"), "depth")
+        self.synchroniser = FrameSynchroniser(
+            self._config.synchroniser, images.depth_scale, Straight(color, depth)
+        )
         node.inputs = self
         self.skipped = 0
         """Frames that the camera sent and that never arrived: the node was busy."""

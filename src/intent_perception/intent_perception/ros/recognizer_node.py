@@ -7,11 +7,12 @@ from tf2_msgs.msg import TFMessage
 
 from intent_perception.bags.frame_assembly import NANOSECONDS
 from intent_perception.basics.parameters import Checked
-from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.camera import RgbdFrame, depth_advice
 from intent_perception.recognition import recognizer as recognized
 from intent_perception.recognition.recognizer import Recognizer, RecognizerConfig
 from intent_perception.recognition.rehearsal_scene import rehearsal_frames
-from intent_perception.ros.convert import header_at, objects_to_msg, transforms_to_msg
+from intent_perception.ros.camera_frames import CameraFrames, FramesConfig
+from intent_perception.ros.convert import objects_to_msg
 from intent_perception.ros.node import (
     LATCHED,
     LATEST,
@@ -33,7 +34,7 @@ class CameraConfig(Checked):
     calibration: str = ""
     """File that calibrate wrote; empty: the table is found in every image."""
     publish_camera: bool = True
-    """Publish table -> camera on /tf_static; false where another node owns the camera."""
+    """Publish camera and table on /tf_static; false where another node owns the camera."""
     period: float = 0.25
     """Time between two looks at the scene [s], 0..60."""
 
@@ -45,8 +46,10 @@ class RecognizerNode(IntentNode):
         super().__init__("recognizer", ShareConfig(niceness=7, budget=14.0))
         self._database = declared_database(self)
         camera, config = declared(self, CameraConfig()), declared(self, RecognizerConfig())
+        self._frames_around = CameraFrames(self, declared(self, FramesConfig()))
         self._owns_camera, file = camera.publish_camera, camera.calibration
         self._period, self._looked = int(camera.period * NANOSECONDS), -1
+        self._calibrated, self._warned = bool(file), False
         self._recognizer = Recognizer(
             self._database, config, read_calibration(file) if file else None
         )
@@ -72,14 +75,25 @@ class RecognizerNode(IntentNode):
 
     def _on_frame(self, frame: RgbdFrame) -> None:
         self._looked = frame.stamp
+        up = None if self._calibrated else self._frames_around.up(self._frames.frame_id)
+        if up is not None:
+            self._recognizer.up = up
         for objects in self._recognizer.looks(frame):  # none while nothing new can be said
             self._publish(objects)
+            if objects.complete and not objects.table_seen and not self._warned:
+                self._warned = True
+                self.get_logger().warning(
+                    "no table is seen: no object is searched for until one is; the hand is "
+                    f"followed all the same{depth_advice(frame.depth)}"
+                )
 
     def _publish(self, objects: recognized.RecognizedObjects) -> None:
         camera = self._frames.frame_id
         if self._owns_camera:
-            pose = [(camera, objects.T_table_camera)]
-            self._tf.publish(transforms_to_msg(header_at(objects.stamp), pose))
+            pose = objects.T_table_camera
+            message = self._frames_around.message(objects.stamp, camera, pose)
+            if message is not None:
+                self._tf.publish(message)
         if any(item.shape is not None for item in objects.objects):
             self._shapes.publish(shapes_to_msg(objects))  # first: who hears both need not wait
         self._publisher.publish(objects_to_msg(objects, self._database, camera))

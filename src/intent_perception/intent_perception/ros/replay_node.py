@@ -29,7 +29,7 @@ class ReplayNode(Node):
 
     def __init__(self, options: Any) -> None:
         super().__init__("replay")
-        self._options, self._topics = options, image_topics(options.bag)
+        self._options, self._topics = options, image_topics(options.bag, options.topics)
         if options.lockstep and not self._topics.info:
             raise ValueError(f"bag {options.bag} has no camera_info: record that topic too")
         self._running, self._objects = not options.start_paused, False
@@ -67,8 +67,9 @@ class ReplayNode(Node):
             for bundle in bundles(
                 self._options.bag,
                 self._options.start_offset,
-                self._options.topics,
+                self._options.also,
                 self.get_logger().warning,
+                self._options.topics,
             ):
                 if count == 0:
                     self._prepare(bundle)

@@ -25,7 +25,7 @@ from intent_perception.geometry.transforms import (
     rotation_from_vector,
 )
 from intent_perception.scene.oriented_image import orient
-from intent_perception.scene.table_plane import find_table
+from intent_perception.scene.table_search import find_table
 
 
 @dataclass(frozen=True)
@@ -81,20 +81,20 @@ class CameraCalibration:
     """Root mean square of the residual: of the corners [pixel], or 0 for a table."""
 
 
-def read_calibration(path: Path | str) -> Array:
-    """Return T_table_camera (4, 4) of a JSON file that `calibrate` wrote.
+def read_calibration(path: Path | str, key: str = "T_table_camera") -> Array:
+    """Return T_table_camera (4, 4) of a JSON file that `calibrate` wrote, or another pose in it.
 
     Raises:
         ValueError: if the file holds no pose of a camera.
     """
     stored = read_json(path)
     try:
-        pose = np.array(stored["T_table_camera"], dtype=np.float64)
+        pose = np.array(stored[key], dtype=np.float64)
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise ValueError(
-            f"cannot read the calibration {path}: expected T_table_camera, got {error!r}"
+            f"cannot read the calibration {path}: expected {key}, got {error!r}"
         ) from error
-    return require_pose(pose, f"T_table_camera in {path}")
+    return require_pose(pose, f"{key} in {path}")
 
 
 def calibrate(

@@ -1,7 +1,6 @@
 """The table plane in a depth image: where "height" and the frame `table` come from."""
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -10,15 +9,12 @@ from numpy.typing import NDArray
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.transforms import inverse, make_pose
-from intent_perception.scene.oriented_image import OrientedImage
 
 _CELL = 0.02  # edge of the grid cells that decide which inliers hang together [m]
-_SKIP = 7  # of the valid pixels, one in this many is used
 _LEAST_IN_CELL = 2
 _LEAST_AREA = 0.03  # smaller planes are sides of objects [m^2]
-_SAMPLES = 4000
-_TRIALS = 200
-_OBLIQUE = 0.3  # sine of the least angle between a rolled camera and the table's normal
+_PIECE = 0.15  # what is this large beside the largest piece of a plane belongs to it
+_ALONG = 0.995  # cosine beyond which the image's right is no direction on the table
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +31,12 @@ class TablePlane:
     def T_table_camera(self) -> Array:
         """Return camera -> table (4, 4): origin on the optical axis, z up, x to the image's right.
 
-        Where the optical axis misses the table, the origin is the point below the camera.
+        Where the optical axis misses the table, the origin is the point below the camera. Of a
+        camera on its side that looks along the table, x is its view instead.
         """
         z = self.normal
-        x = np.array([1.0, 0.0, 0.0]) - z[0] * z
+        right = np.array([1.0, 0.0, 0.0] if abs(z[0]) < _ALONG else [0.0, 0.0, 1.0])
+        x = right - (right @ z) * z
         x /= np.linalg.norm(x)
         R_camera_table = np.stack([x, np.cross(z, x), z], axis=1)
         meets = z[2] < -0.05
@@ -92,55 +90,17 @@ def _inset(
     return depth
 
 
-class _Trial(NamedTuple):
-    """A plane through one point, and how many points lie on it."""
-
-    inliers: int
-    normal: Array = np.zeros(3)
-    offset: float = 0.0
-
-
-def find_table(
-    image: OrientedImage, rng: np.random.Generator, tolerance: float, share: float
-) -> TablePlane | None:
-    """Return the largest plane that faces up towards the camera, or None if there is no table.
-
-    Up is the image's up. Where no plane faces there the camera may be rolled: then the largest
-    plane counts that it sees obliquely. One that it faces may as well be a wall.
+def fitted_plane(
+    points: Array, normal: Array, offset: float, tolerance: float
+) -> tuple[Array, float]:
+    """Return normal (3,) and offset [m] of the plane through those of points (N, 3) near a guess.
 
     Args:
-        image: the scene.
-        rng: draws the trial planes.
-        tolerance: largest distance of the table's points from the plane [m].
-        share: least share of the valid pixels that a table covers.
+        points: of the scene, camera frame [m].
+        normal: of the guess.
+        offset: of the guess [m].
+        tolerance: deviation of the plane's points from it [m].
     """
-    valid = image.valid
-    points = image.points()[valid][::_SKIP]
-    normals = image.normals[valid][::_SKIP]
-    if len(points) < 100:
-        return None
-    chosen = rng.integers(0, len(points), _SAMPLES)
-    some, facing = points[chosen].astype(np.float64), normals[chosen].astype(np.float64)
-    upright, rolled = _Trial(0), _Trial(0)
-    for index in rng.integers(0, _SAMPLES, _TRIALS):
-        normal, offset = facing[index], float(-facing[index] @ some[index])
-        if offset < 0.15:
-            continue
-        count = int((np.abs(some @ normal + offset) < 2.0 * tolerance).sum())
-        # A table is seen from above: its normal has a part along the image's up direction.
-        if normal[1] <= -0.1:
-            upright = max(upright, _Trial(count, normal, offset), key=lambda trial: trial.inliers)
-        if np.hypot(normal[0], normal[1]) > _OBLIQUE:
-            rolled = max(rolled, _Trial(count, normal, offset), key=lambda trial: trial.inliers)
-    best = upright if upright.inliers >= share * _SAMPLES else rolled
-    if best.inliers < share * _SAMPLES:
-        return None
-    normal, offset = _fitted(some, best.normal, best.offset, tolerance)
-    outline = _outline(points[normals @ normal > 0.8], normal, offset, tolerance)
-    return None if outline is None else TablePlane(normal, offset, outline)
-
-
-def _fitted(points: Array, normal: Array, offset: float, tolerance: float) -> tuple[Array, float]:
     for width in (2.0 * tolerance, tolerance, tolerance, 0.7 * tolerance):
         close = points[np.abs(points @ normal + offset) < width]
         center = close.mean(axis=0)
@@ -150,12 +110,18 @@ def _fitted(points: Array, normal: Array, offset: float, tolerance: float) -> tu
     return normal, offset
 
 
-def _outline(
+def outlined_plane(
     points: NDArray[np.float32], normal: Array, offset: float, tolerance: float
-) -> NDArray[np.float32] | None:
+) -> TablePlane | None:
+    """Return a plane with the outline of what points (N, 3) show of it.
+
+    None where that is not as large as a table.
+    """
     plane = TablePlane(normal, offset, np.zeros((0, 2), np.float32))
     T_table = plane.T_table_camera()
     inliers = points[np.abs(plane.height(points)) < tolerance]
+    if len(inliers) == 0:
+        return None
     flat = inliers @ T_table[:2, :3].T.astype(np.float32) + T_table[:2, 3].astype(np.float32)
     low = flat.min(axis=0)
     cells = ((flat - low) / _CELL).astype(np.int64)
@@ -167,10 +133,12 @@ def _outline(
     count, labels, stats, _ = cv2.connectedComponentsWithStats(closed)
     if count < 2:
         return None
-    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    kept = flat[labels[cells[:, 0], cells[:, 1]] == largest]
+    areas = stats[:, cv2.CC_STAT_AREA].copy()
+    areas[0] = 0
+    pieces = areas >= _PIECE * areas.max()  # an arm across the table cuts it
+    kept = flat[pieces[labels[cells[:, 0], cells[:, 1]]]]
     # counter-clockwise seen from above
     hull = cv2.approxPolyDP(cv2.convexHull(kept.astype(np.float32)), 0.002, True)
     if cv2.contourArea(hull) < _LEAST_AREA:
         return None
-    return np.asarray(hull[:, 0, :], np.float32)
+    return replace(plane, outline=np.asarray(hull[:, 0, :], np.float32))

@@ -22,8 +22,8 @@ from intent_tracking.image.frame_evidence import FrameEvidence, Labelled, Prior,
 from intent_tracking.image.labelling import inner_pixels
 from intent_tracking.image.tile import Tile
 from intent_tracking.scene.body_state import BodyState
-from intent_tracking.scene.hand_kernel import HandArrays
-from intent_tracking.scene.hand_model import FITTED_LIMITS, HandModel, Side
+from intent_tracking.scene.hand_kernel import HandArrays, posed_landmarks
+from intent_tracking.scene.hand_model import FITTED_LIMITS, Side
 from intent_tracking.scene.object_kernel import object_arrays
 from intent_tracking.scene.posture_prior import shipped_posture
 from intent_tracking.scene.state_layout import HAND_SIZE, JOINTS
@@ -134,7 +134,7 @@ def candidates(
     evidence: FrameEvidence,
     seen: Labelled,
     region: HandRegion,
-    hands: dict[Side, tuple[HandModel, HandArrays]],
+    hands: dict[Side, HandArrays],
     weights: Weights,
     config: InitialisationConfig,
     rng: np.random.Generator,
@@ -145,14 +145,14 @@ def candidates(
         evidence: points and silhouette of the region.
         seen: labelled tile of the region.
         region: where the hand is.
-        hands: model and arrays per side to try.
+        hands: per side to try.
         weights: of the refinement; the outlier scale is replaced.
         config: how many.
         rng: jitter of the starts.
     """
     found: list[HandStart] = []
-    for side, (model, arrays) in hands.items():
-        values, rotations = _starts(region, model, config, rng)
+    for side, arrays in hands.items():
+        values, rotations = _starts(region, arrays, config, rng)
         coarse = weights._replace(scale=np.float32(_COARSE_SCALE))
         _refine(arrays, evidence, coarse, values, rotations, config.coarse_iterations)
         order = np.argsort(
@@ -172,7 +172,7 @@ def candidates(
 
 
 def _starts(
-    region: HandRegion, model: HandModel, config: InitialisationConfig, rng: np.random.Generator
+    region: HandRegion, arrays: HandArrays, config: InitialisationConfig, rng: np.random.Generator
 ) -> tuple[Floats, Floats]:
     """Return start states (B, 26) and rotations (B, 1, 3, 3)."""
     along = rotation_between([1.0, 0.0, 0.0], region.direction)
@@ -183,7 +183,7 @@ def _starts(
     about[..., 0] = 2.0 * np.pi / config.turns * turns
     tilt = rotation_from_vector(rng.normal(0.0, 0.2, (*shape, 3)))
     rotations = tilt @ along @ rotation_from_vector(about)
-    middle = model.joint_positions(POSTURES).mean(axis=1)
+    middle = posed_landmarks(arrays, POSTURES).mean(axis=1)
     wrist = region.center + behind - np.einsum("ptij,pj->pti", rotations, middle)
     postures = np.broadcast_to(POSTURES[:, None], (*shape, JOINTS))
     values = np.concatenate([wrist, np.zeros((*shape, 3)), postures], axis=2)

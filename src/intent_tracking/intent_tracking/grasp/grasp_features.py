@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.kernels import exact_kernel
-from intent_perception.geometry.boxes import Box, decompose
+from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.transforms import quaternion_from_rotation, transform_points
 from intent_perception.objects.database import ObjectModel
 from intent_tracking.scene.joint_table import JointTable, link_poses
@@ -118,10 +118,10 @@ class GraspedShape:
         """Compute now what is otherwise computed when it is first asked for."""
         _ = self.boxes, self.convexity, self.mirror
 
-    @cached_property
+    @property
     def boxes(self) -> tuple[Box, ...]:
         """Boxes that the object decomposes into."""
-        return decompose(self.points)
+        return self.model.boxes
 
     @cached_property
     def convexity(self) -> Array | None:

@@ -30,6 +30,8 @@ from intent_tracking.hands.landmark_network import KeyPoints, LandmarkNetwork
 from intent_tracking.hands.palm_network import PalmNetwork
 from intent_tracking.hands.seen_hand import SeenHand, certainty
 
+_SETTLED = 2
+"""Age from which the loss of a hand calls for a search: what is gone at once was none."""
 _CHALLENGED = 0.4
 """A square this near to a hand may be read for it [sides of the square]."""
 _CLEARLY = 0.02
@@ -131,15 +133,16 @@ class HandReader:
         if color.ndim != 3 or color.shape[2] != 3 or color.dtype != np.uint8 or not color.size:
             raise ValueError(f"expected colour (H, W, 3) uint8, got {color.shape} {color.dtype}")
         self._frame += 1
-        before = len(self._hands)
+        settled = {hand.identity for hand in self._hands if hand.age >= _SETTLED}
         self._follow(color, only)
         for region in hints.regions:
             if not self._challenge(color, region):
                 self._take(color, region)
         period = self._config.second_period if self._hands else self._config.search_period
-        due = self._frame - self._searched >= period or len(self._hands) < before
+        lost = not settled <= {hand.identity for hand in self._hands}
+        due = self._frame - self._searched >= period or lost
         if search or (due and len(self._hands) < self._config.hands):
-            if len(self._hands) < before:
+            if lost:
                 self._searches = 0  # what was just lost is looked for in the whole image
             self._searched = self._frame
             self._search(color, hints.view)

@@ -6,12 +6,13 @@ others rest is looked at, else the one nearest to the objects; but while somethi
 hand at rest is the one that acts.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from intent_perception.basics.arrays import Array
-from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig, Hints
 from intent_tracking.hands.hand_square import HandSquare, square_of_key_points
 from intent_tracking.hands.key_point_start import KeyPointConfig, key_evidence
@@ -49,6 +50,8 @@ _ARM_AREA = 0.002
 """Visible surface of a thing that moves from which it may be an arm with a hand [m^2]."""
 _SECOND = 4
 """Looks between two at a hand in doubt where an arm ends and where the fit is."""
+_SIDE_LOOKS, _SIDE_PERIOD = 8, 4
+"""First looks at a hand that all tell its side, and looks between two that do afterwards."""
 _REGIONS = 3
 """Most places in a frame that are looked at for a missed hand."""
 
@@ -98,6 +101,7 @@ class HandWatch:
         self.missed = 0
         """Looks in a row that did not find it."""
         self._keys: dict[Side, KeyEvidence] = {}
+        self._sides: dict[int, tuple[float, float, int]] = {}
         self._identity = -1
         self._acted: set[int] = set()
         self._arrived: set[int] = set()
@@ -109,6 +113,11 @@ class HandWatch:
         self._leader_acts = self._doubted = False
         self.resting = False
         """Whether the followed hand has done nothing yet while something else moves."""
+
+    @property
+    def moving(self) -> bool:
+        """Whether something moves in front of what stands still."""
+        return bool(self._things)
 
     def rests(self, pixels: Array) -> bool:
         """Return whether something moves, but not a hand with joints (21, 2) in the image."""
@@ -126,8 +135,20 @@ class HandWatch:
         """Return what is seen of it as evidence for a hand of a side."""
         return self._keys.get(side, NO_KEYS)
 
-    def look(self, frame: RgbdFrame, expectation: Expectation) -> None:
-        """Look for the hand in the next frame."""
+    def look(
+        self,
+        frame: RgbdFrame,
+        expectation: Expectation,
+        side_of: Callable[[SeenHand], tuple[float, float]],
+    ) -> None:
+        """Look for the hand in the next frame.
+
+        Args:
+            frame: the next one.
+            expectation: what is known of it.
+            side_of: probability that a hand is a right one by how it is explained, and the weight
+                of this look. Sides do not change: all looks count alike, however old.
+        """
         self.hand = self.elsewhere = None
         if self._reader is not None:
             self._motion.note(frame)
@@ -137,12 +158,34 @@ class HandWatch:
             self._things = self._motion.things() if self._searches() else []
             hands = self._read(reader, frame, expectation)
             self._look(self._real(reader, hands, frame), expectation)
+            self._note_side(side_of)
             self._note_rest(expectation)
+        self._note_keys(frame.camera)
+
+    def pretend(self, hand: SeenHand, camera: Camera) -> None:
+        """Take a hand for the one that is seen, until the next look."""
+        self.hand = hand
+        self._note_keys(camera)
+
+    def _note_keys(self, camera: Camera) -> None:
         seen = self.seen
         self._keys = {}
         if seen is not None:
             for side in SIDES:
-                self._keys[side] = key_evidence(seen, frame.camera, side, self._key_points)
+                self._keys[side] = key_evidence(seen, camera, side, self._key_points)
+
+    def _note_side(self, side_of: Callable[[SeenHand], tuple[float, float]]) -> None:
+        """Let the first looks at the seen hand, and then some, tell its side."""
+        seen = self.seen
+        if seen is None:
+            return
+        total, weights, looks = self._sides.get(seen.identity, (0.0, 0.0, 0))
+        if looks < _SIDE_LOOKS or looks % _SIDE_PERIOD == 0:
+            right, weight = side_of(seen)
+            total, weights = total + weight * right, weights + weight
+        self._sides[seen.identity] = total, weights, looks + 1
+        sided = replace(seen, right=total / weights)
+        self.hand, self.elsewhere = (sided, None) if self.hand else (None, sided)
 
     def _may_skip(self, expectation: Expectation) -> bool:
         """Return whether this frame need not be read."""
@@ -212,7 +255,8 @@ class HandWatch:
         view = view_of(arms[0], frame.camera) if arms else None
         hints = Hints(tuple(regions[:_REGIONS]), view)
         turn = not regions or self._looks % 2 == 0  # both sources in every frame take too long
-        return reader.read(frame.color, search=self.missed > 0 and turn, hints=hints)
+        missed = self.missed > 0 and (self.ever or bool(self._things))
+        return reader.read(frame.color, search=missed and turn, hints=hints)
 
     def _note_rest(self, expectation: Expectation) -> None:
         """Take note of whether the followed hand rests while something else moves."""

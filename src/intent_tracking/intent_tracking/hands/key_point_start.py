@@ -32,9 +32,10 @@ from intent_tracking.hands.skin_depth import (
 )
 from intent_tracking.image.frame_evidence import KeyEvidence
 from intent_tracking.scene.body_state import BodyState, orthonormal
-from intent_tracking.scene.hand_kernel import HandArrays
+from intent_tracking.scene.hand_kernel import HandArrays, posed_landmarks
 from intent_tracking.scene.hand_model import FITTED_LIMITS, HandModel, Side
 from intent_tracking.scene.posture_prior import shipped_posture
+from intent_tracking.scene.state_layout import JOINTS
 
 KEY_POINT_OFFSETS: Array = 1e-3 * np.array(
     [
@@ -195,7 +196,7 @@ def _start(
 ) -> KeyPointStart:
     """Return the best fit of one hand over the depths that its palm may have."""
     offsets = key_point_offsets(side)
-    rest = config.usual_size * (model.joint_positions(np.zeros(20)) + offsets)
+    rest = config.usual_size * (posed_landmarks(arrays, np.zeros((1, JOINTS)))[0] + offsets)
     shape = seen.shape - seen.shape[PALM].mean(axis=0)
     shape *= _length(rest) / max(_length(shape), 1e-6)
     relative = with_bones(shape)[:, 2]

@@ -22,8 +22,11 @@ def rehearse(tracker: Tracker, model: ObjectModel) -> None:
     """Let a tracker start, search, follow a hand beside an object and lose it; then start over."""
     tracker.start(RecognizedObjects(0, (rehearsal_object(model),), T_TABLE_CAMERA))
     hand = make_pose(_LYING, HAND_PLACE - [0.0, 0.08, 0.0])
-    for number, frame in enumerate(rehearsal_frames(model, _FRAMES)):
+    frames = rehearsal_frames(model, _FRAMES)
+    for number, frame in enumerate(frames):
         if number == 1:
             tracker.place_hand("right", inverse(T_TABLE_CAMERA) @ hand, np.full(20, 0.2))
         tracker.step(frame)
+    tracker.place_hand("right", inverse(T_TABLE_CAMERA) @ hand, np.full(20, 0.2))
+    tracker.rehearse(frames[-1])
     tracker.forget_hand()

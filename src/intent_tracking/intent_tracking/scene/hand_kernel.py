@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from intent_perception.basics.arrays import Floats, Indices
+from intent_perception.basics.arrays import Array, Floats, Indices
 from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.transforms import rotation_between
 from intent_tracking.scene.hand_model import HandModel
@@ -161,6 +161,17 @@ def place_hand(hand: HandArrays, state: Floats, rotation: Floats, out: HandBuffe
         landmarks[4 * f + 4, 0] = x0 * u + y0 * v + z0 * w + q0
         landmarks[4 * f + 4, 1] = x1 * u + y1 * v + z1 * w + q1
         landmarks[4 * f + 4, 2] = x2 * u + y2 * v + z2 * w + q2
+
+
+def posed_landmarks(hand: HandArrays, joints: Array) -> Array:
+    """Return the 21 landmarks (B, 21, 3) in `hand_wrist` [m] of postures (B, 20) [rad]."""
+    buffers, upright = hand_buffers(), np.eye(3, dtype=np.float32)
+    landmarks = np.empty((len(joints), LANDMARKS, 3))
+    for posture, points in zip(joints, landmarks, strict=True):
+        state = np.concatenate([np.zeros(6), posture]).astype(np.float32)
+        place_hand(hand, state, upright, buffers)
+        points[:] = buffers.landmarks
+    return landmarks
 
 
 @kernel

@@ -7,7 +7,7 @@ Link frames: x along the bone, z to the palmar side, flexion turns about -y.
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -130,10 +130,13 @@ class HandModel:
 
     @classmethod
     def from_shape(cls, side: Side, shape: Array) -> "HandModel":
-        """Return the hand of a shape vector (22,) as in `SceneState.hand_shape`."""
+        """Return the hand of a shape vector (22,) as in `SceneState.hand_shape`.
+
+        The same shape gives the same object, so that its joint table is built once.
+        """
         if np.shape(shape) != (SHAPE_SIZE,):
             raise ValueError(f"expected a hand shape of ({SHAPE_SIZE},), got {np.shape(shape)}")
-        return cls(side, float(shape[0]), np.reshape(shape[2:], (5, 4)), float(shape[1]))
+        return _hand_of_shape(side, tuple(np.asarray(shape, dtype=np.float64).tolist()))
 
     @property
     def shape(self) -> Array:
@@ -160,6 +163,11 @@ class HandModel:
     def capsules(self, joints: Array) -> tuple[Array, Array]:
         """Return the capsule ends (C, 2, 3) in `hand_wrist` and radii (C,) [m] of (20,) angles."""
         return placed_capsules(self.table, joints)[0], self.table.capsules.radii
+
+
+@lru_cache(maxsize=16)
+def _hand_of_shape(side: Side, shape: tuple[float, ...]) -> HandModel:
+    return HandModel(side, shape[0], np.reshape(shape[2:], (5, 4)), shape[1])
 
 
 def human_hand(model: HandModel) -> JointTable:

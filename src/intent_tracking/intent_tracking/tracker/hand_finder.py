@@ -85,7 +85,7 @@ class HandFinder:
         tile = coarse_tile(frame, config.detection.size)
         depth = track.drawn(self._everything, track.state, tile)
         found: list[HandStart] = []
-        hands = {side: (hand, shaped_hand(side, hand.shape)) for side, hand in search.hands.items()}
+        hands = {side: shaped_hand(side, hand.shape) for side, hand in search.hands.items()}
         rng = np.random.default_rng([config.seed, search.number])
         moves = around.table is not None and search.number >= config.still_frames
         still = self._furniture(tile, search.place) if moves else None

@@ -31,6 +31,15 @@ class Hypothesis:
     active: tuple[int, ...] = ()
     gap: float | None = None
     """Smoothed distance of the joints from where the networks see them [m]; None: not seen yet."""
+    vain: int = 0
+    """Other starts that explained the frames no better, in a row."""
+    patience: int = 0
+    """Frames for which no others are tried."""
+
+    def note_vain(self, most: int) -> None:
+        """Take note that other starts were no better: the next are tried the later, the more."""
+        self.vain += 1
+        self.patience = min(self.vain, most)
 
     def join(
         self, objects: PackedObjects, poses: list[Array], lives: list[ObjectLife | None]

@@ -105,10 +105,12 @@ class HypothesisJudge:
     def doubtful(self, hypothesis: Hypothesis, frame: int) -> bool:
         """Return whether other starts shall be tried: often when young, then when it fits badly."""
         config = self._config
+        if hypothesis.age in config.young_trials and hypothesis.mean_cost > config.good_cost:
+            return True
+        if hypothesis.patience > 0:
+            return False
         if self._contradicted(hypothesis):
             return True
-        if hypothesis.age in config.young_trials:
-            return hypothesis.mean_cost > config.good_cost
         urgent = hypothesis.track.cost > config.urgent_cost
         due = urgent or frame % config.doubt_period == 0
         return due and hypothesis.age > 2 and hypothesis.mean_cost > config.doubt_cost

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from intent_perception.bags.bag_files import read_frames
+from intent_perception.bags.bag_topics import BagInput
 from intent_perception.basics.arrays import Array
-from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.camera import RgbdFrame, depth_advice
 from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.database import ModelSource, ObjectDatabase
 from intent_perception.recognition.detection import DetectorConfig
@@ -99,6 +100,7 @@ def track_bag(
     config: TrackerConfig,
     chosen: tuple[str, ...] | None = (),
     warn: Callable[[str], None] = lambda _: None,
+    given: BagInput | None = None,
 ) -> Recording:
     """Return the recording of a bag whose first frame shows the objects at rest.
 
@@ -110,11 +112,14 @@ def track_bag(
         config: of the tracker.
         chosen: names of the only objects to look for; empty = the whole database, None = no object.
         warn: told, once each, what is missing and what follows from it, and each damaged frame.
+        given: the bag's topics and depth unit; None = both are found.
 
     Raises:
         ValueError: if the bag cannot be read or no frame of it is whole.
     """
-    frames: Iterator[RgbdFrame] = read_frames(bag, on_bad_frame=lambda text: warn(f"{_BAD}{text}"))
+    frames: Iterator[RgbdFrame] = read_frames(
+        bag, on_bad_frame=lambda text: warn(f"{_BAD}{text}"), given=given
+    )
     first = next(frames)
     config_of_objects = RecognizerConfig(DetectorConfig(estimate=not chosen))
     database = database.select(chosen) if chosen else database
@@ -122,7 +127,10 @@ def track_bag(
     found = table_alone(first) if chosen is None else recognizer.step(first)
     assert found is not None  # the first frame always gives an answer
     if not found.table_seen:
-        warn("no table is seen in the first frame: only the hand is followed, no objects")
+        warn(
+            "no table is seen in the first frame: only the hand is followed, no objects"
+            + depth_advice(first.depth)
+        )
     elif not found.objects and chosen is not None:
         warn(
             "no object of the database is seen in the first frame: the hand is followed alone; "

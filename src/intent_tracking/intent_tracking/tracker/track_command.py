@@ -1,13 +1,15 @@
 """Command: hand and objects through a whole bag.
 
 python -m intent_tracking.track BAG [--models DB] [--objects ID,...] [--method hybrid|pso]
-    [--seed S] [--shape F.npz] [--save-shape F.npz] --out F.npz
+    [--topics COLOR DEPTH INFO] [--depth-scale M] [--seed S] [--shape F.npz]
+    [--save-shape F.npz] --out F.npz
 """
 
 import argparse
 import sys
 from pathlib import Path
 
+from intent_perception.bags.bag_topics import add_image_options, bag_input
 from intent_perception.basics.safe_files import output_file, write_arrays
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.fit.hand_shape import HandShapeConfig, save_shape
@@ -30,6 +32,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--shape", default="", help="NPZ with the hand shape to start from")
     parser.add_argument("--save-shape", type=output_file, help="NPZ for the calibrated shape")
     parser.add_argument("--out", type=output_file, required=True, help="NPZ file of the result")
+    add_image_options(parser)
     options = parser.parse_args(arguments)
     chosen: tuple[str, ...] | None = tuple(name for name in options.objects.split(",") if name)
     if chosen == ("none",):
@@ -43,9 +46,11 @@ def main(arguments: list[str] | None = None) -> int:
 
     try:
         database = ObjectDatabase.load(options.models)
+        for note in database.notes:
+            warn(note)
         shape = HandShapeConfig(file=options.shape)
         config = TrackerConfig(method=options.method, seed=options.seed, shape=shape)
-        recording = track_bag(options.bag, database, config, chosen, warn)
+        recording = track_bag(options.bag, database, config, chosen, warn, bag_input(options))
         if options.save_shape:
             last = recording.states[-1]
             save_shape(options.save_shape, last.hand_side, last.hand_shape)

@@ -13,8 +13,10 @@ from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.fit.hand_shape import HandShapeEstimate
 from intent_tracking.fit.initialisation import HandStart
+from intent_tracking.hands.hand_square import square_of_key_points
 from intent_tracking.hands.hand_watch import Expectation, HandWatch, at_place
 from intent_tracking.hands.key_point_start import KeyPointStart
+from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.hands.seen_palm import nudged, palm_pixel, pixels_of
 from intent_tracking.hands.skin_depth import hand_mask
 from intent_tracking.image.appearance import HAND, color_bins
@@ -197,6 +199,22 @@ class Tracker:
         shown = Shown(leader or self._still_life, leader is not None, visible, side, shape)
         return published_state(frame.stamp, self._objects, shown, self.config.life.unseen_frames)
 
+    def rehearse(self, frame: RgbdFrame) -> None:
+        """Go once through what only a hand needs that the networks see and that fits well.
+
+        The hand that is followed is taken for it; `forget_hand` and `start` forget it.
+        """
+        leader = self._hypotheses[0]
+        joints = leader.track.joints(leader.track.state)
+        pixels = pixels_of(frame.camera, joints)
+        shape = (joints - joints[PALM].mean(axis=0)).astype(np.float64)
+        seen = SeenHand(0, pixels, shape, 1.0, 1.0, square_of_key_points(pixels))
+        self._watch.pretend(seen, frame.camera)
+        self._seen_starts(frame)
+        problem = self._problem(leader, frame, leader.track.state, leader.active)
+        leader.track.fit(problem)
+        self._person.calibrate(leader.track, problem)
+
     def _look(self, frame: RgbdFrame) -> None:
         """Let the networks look at the hand that is followed, or at any if there is none."""
         leader = self._hypotheses[0] if self._hypotheses else None
@@ -209,7 +227,7 @@ class Tracker:
             middle, seen = palm_pixel(frame.camera, joints), pixels_of(frame.camera, joints)
             settled = len(self._hypotheses) == 1 and self._judge.settled(leader)
             expectation = Expectation(middle, seen, settled, objects)
-        self._watch.look(frame, expectation)
+        self._watch.look(frame, expectation, lambda seen: self._person.side_of(seen, frame))
 
     def _follow(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
         """Fit one hypothesis to a frame and bring its record up to date."""
@@ -257,6 +275,7 @@ class Tracker:
         area = float(pixel[view.pixels.label == OF_HAND].sum())
         hypothesis.thin = hypothesis.thin + 1 if area < self.config.least_area else 0
         hypothesis.age += 1
+        hypothesis.patience = max(0, hypothesis.patience - 1)
         rate = max(_SMOOTHING, 1.0 / hypothesis.age)
         hypothesis.mean_cost += rate * (fit.cost - hypothesis.mean_cost)
         gap = self._judge.gap(hypothesis.track, hypothesis.track.state)
@@ -294,7 +313,8 @@ class Tracker:
         """Look for a hand; return whether there is anything like one."""
         found = self._seen_hypotheses(frame)
         visible = bool(found)
-        if not found:
+        due = self._frames % self.config.search_period == 0
+        if not found and (due or self._watch.trouble or self._watch.moving):
             found, visible = self._found_hypotheses(frame)
         self._hypotheses = sorted(found, key=self._judge.rank)
         return visible or self._watch.hand is not None
@@ -353,7 +373,7 @@ class Tracker:
 
     def _try_others(self, frame: RgbdFrame) -> None:
         """Replace the leading hypothesis if another start explains the frame better."""
-        leader = self._hypotheses[0]
+        first = leader = self._hypotheses[0]
         for start in self._rival_starts(leader, frame):
             if not self._judge.open_to(leader, start.side):
                 continue
@@ -366,6 +386,8 @@ class Tracker:
             if self._judge.judged(rival.track.cost) < self.config.better * cost + lead:
                 self._hypotheses = [rival]
                 leader = rival
+        if leader is first:
+            leader.note_vain(self.config.vain_period)
 
     def _rival_starts(
         self, leader: Hypothesis, frame: RgbdFrame

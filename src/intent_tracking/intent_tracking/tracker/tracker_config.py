@@ -43,6 +43,8 @@ class TrackerConfig(Checked):
     """Cost of one frame above which they are tried at once, 0..2."""
     doubt_period: int = 5
     """Frames between such trials, 1..1000."""
+    vain_period: int = 4
+    """Most frames that trials in vain put off the next one, 0..1000."""
     still_frames: int = 4
     """Frames after which, at a table, only what has moved may be a new hand, 0..1000."""
     hand_reach: float = 0.22
@@ -60,6 +62,9 @@ class TrackerConfig(Checked):
     """Cost that the side last seen is ahead at a new start, 0..2."""
     unusual_roll: float = 0.3
     """Cost of a hand turned over, see `hypothesis.unusual_roll`, 0..2."""
+    search_period: int = 2
+    """Frames between looks for a hand by depth and colour alone while networks look as well and
+    nothing moves, 1..100."""
     learn_period: int = 4
     """Frames between updates of the colour models, 1..1000."""
     networks: bool = True

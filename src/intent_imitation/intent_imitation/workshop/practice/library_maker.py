@@ -101,7 +101,7 @@ def main(command_line: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=output_file, default=None, help="library file (.npz)")
     arguments = parser.parse_args(command_line)
     hand = GraspingHand.load(arguments.hand)
-    database = ObjectDatabase.load(arguments.models)
+    database = ObjectDatabase.load(arguments.models, alone=True)
     by_object: dict[str, list[SimulatedGrasp]] = {}
     for archive in (file for folder in arguments.grasps for file in sorted(folder.glob("*.npz"))):
         for grasp in load_grasps(archive)[0]:

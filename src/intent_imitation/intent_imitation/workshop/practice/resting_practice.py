@@ -145,7 +145,10 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--again", action="store_true", help="shake archived grasps once more")
     arguments = parser.parse_args()
-    hand, database = GraspingHand.load(arguments.hand), ObjectDatabase.load(arguments.models)
+    hand, database = (
+        GraspingHand.load(arguments.hand),
+        ObjectDatabase.load(arguments.models, alone=True),
+    )
     wanted = (
         arguments.objects.split(",") if arguments.objects else [m.name for m in database.models]
     )

@@ -70,10 +70,10 @@ def write_models(folder: Path, models: Iterable[ObjectModel]) -> None:
     """Write `models.yaml` and the meshes that it names into a bag's folder."""
     entries = []
     for model in models:
-        write_parts(folder / f"{model.name}.npz", model.mesh, model.parts)
+        write_parts(folder / f"{model.name}.npz", model)
         entries.append({
             "name": model.name, "class": model.object_class, "mesh": f"{model.name}.npz",
             "unit": "m", "color": [float(c) for c in model.color],
         })  # fmt: skip
-    text = yaml.safe_dump({"objects": entries}, sort_keys=False)
+    text = yaml.safe_dump({"only": True, "objects": entries}, sort_keys=False)
     write_text(folder / "models.yaml", text)

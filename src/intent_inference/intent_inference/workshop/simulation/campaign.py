@@ -213,7 +213,7 @@ def all_rows(config: CampaignConfig, names: Sequence[str], jobs: int = 1) -> lis
 
 def _database(source: str | None) -> ObjectDatabase:
     if source not in _DATABASES:
-        _DATABASES[source] = ObjectDatabase.load(source)
+        _DATABASES[source] = ObjectDatabase.load(source, alone=True)
     return _DATABASES[source]
 
 

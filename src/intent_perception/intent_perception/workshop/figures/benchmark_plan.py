@@ -63,5 +63,5 @@ def file_database(folder: Path, files: dict[str, str], unit: str) -> ObjectDatab
     ]
     with tempfile.TemporaryDirectory() as temporary:
         path = Path(temporary) / "objects.yaml"
-        write_text(path, yaml.safe_dump({"objects": entries}))
+        write_text(path, yaml.safe_dump({"only": True, "objects": entries}))
         return ObjectDatabase.load(path)

@@ -41,6 +41,8 @@ from intent_perception.workshop.figures.real_scenes import (
     ycb_frame,
 )
 from intent_perception.workshop.figures.scoring import LEAST_PIXELS, Claim, Score, judge
+from intent_perception.workshop.figures.table_figures import VIEWS, tables
+from intent_perception.workshop.figures.worst_frame import worst_frame
 from intent_perception.workshop.scenes.table_scenes import TabletopScene
 
 _GREEN, _RED, _ORANGE = (60, 220, 60), (255, 60, 60), (255, 170, 0)
@@ -175,6 +177,8 @@ PARTS: dict[str, Callable[[Plan], Any]] = {
     "ycb_frames": ycb_frames,
     "real_tabletop": real_tabletop,
     "unseen_instances": unseen_instances,
+    "tables": lambda plan: tables(plan, max(5, VIEWS * plan.scans // 20)),
+    "worst_frame_cpu_s": lambda plan: worst_frame(plan, max(2, plan.scans)),
     "peers": lambda plan: {
         "open3d": open3d_peer(plan),
         "ppf_match_3d": {"parametric_6": ppf_tabletop(plan), "uwa_rs1": ppf_uwa(plan)},
@@ -210,7 +214,8 @@ def main() -> None:
         "seed": plan.seed,
     }
     for name in [arguments.part] if arguments.part else PARTS:
-        report[name] = PARTS[name](plan)
+        figures = PARTS[name](plan)
+        report |= figures if name in (figures or ()) else {name: figures}
         report["seconds"] = time.perf_counter() - start
         if arguments.json != Path("-"):  # what is there, should a later part be stopped
             write_text(arguments.json, json.dumps(report, indent=1) + "\n")

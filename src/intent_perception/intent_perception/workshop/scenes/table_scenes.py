@@ -69,7 +69,7 @@ def tabletop_scene(
         gaps: least and largest distance between neighbours [m]; None = most of them touch.
         distances: of the camera, least and largest [m].
     """
-    poses = _placed(models, rng, standing, gaps)
+    poses = placed_together(models, rng, standing, gaps)
     distance, down = rng.uniform(*distances), np.radians(rng.uniform(20.0, 50.0))
     turn = rng.uniform(0.0, 2.0 * np.pi)
     ground = np.array([np.cos(turn), np.sin(turn)]) * np.cos(down)
@@ -96,11 +96,11 @@ def tabletop_scene(
     return TabletopScene(RgbdFrame(0, color, depth, KINECT), tuple(objects), T_table_camera, owner)
 
 
-def _placed(
+def placed_together(
     models: Sequence[ObjectModel],
     rng: np.random.Generator,
     standing: float,
-    gaps: tuple[float, float] | None,
+    gaps: tuple[float, float] | None = None,
 ) -> list[Array]:
     """Return T_table_object of each model; each but the first is pushed towards the middle."""
     poses: list[Array] = []

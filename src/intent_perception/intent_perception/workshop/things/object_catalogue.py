@@ -53,7 +53,7 @@ def write_database(models: list[ObjectModel], file: Path) -> None:
     folder = file.parent / "meshes"
     folder.mkdir(parents=True, exist_ok=True)
     for model in models:
-        write_parts(folder / f"{model.name}.npz", model.mesh, model.parts)
+        write_parts(folder / f"{model.name}.npz", model)
     lines = ["# Written by `python -m intent_perception.parametric`. Lengths in m.", "objects:"]
     for model in models:
         entry = yaml.safe_dump(_entry(model), sort_keys=False, default_flow_style=None, width=1000)
