@@ -23,7 +23,7 @@ _FLATTEST, _MUCH_FLAT = 0.006, 120
 """Unless so many points beside it have another colour than the table [m]."""
 _JUMP = 0.02
 """A neighbour nearer to the camera by this hides what is behind it [m]."""
-_RAISED, _TOUCH, _REACHED = 0.015, 0.03, 0.10
+_RAISED, _TOUCH, _REACHED = 0.008, 0.03, 0.10
 """Height of an arm, its distance behind a thing that it touches [m], share of the outline."""
 _BORDER = 3
 _TABLE_COLOR = 7.0
@@ -118,7 +118,7 @@ def _reached_for(scene: SceneView, mask: Mask) -> bool:
     What is left of it beside a hand tells nothing of its shape.
     """
     raised = (scene.parts.height > _RAISED) & (scene.parts.mask == 0)
-    ring = (cv2.dilate(mask.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0) & ~mask
+    ring = (cv2.dilate(mask.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0) & ~mask
     own = cv2.dilate(np.where(mask, scene.image.smooth, np.float32(0.0)), np.ones((5, 5)))
     touching = ring & raised & (scene.image.smooth < own + _TOUCH)
     return bool(touching.sum() > _REACHED * ring.sum())
