@@ -17,7 +17,10 @@ def generate_launch_description() -> LaunchDescription:
     """Return the graph; the camera's topics and the object database are arguments."""
     models = ParameterValue(LaunchConfiguration("models"), value_type=str)
     camera = [(topic, LaunchConfiguration(name)) for topic, name, _ in CAMERA]
-    robot = [("imitation/robot_objects", LaunchConfiguration("robot_objects"))]
+    robot = [
+        ("imitation/robot_objects", LaunchConfiguration("robot_objects")),
+        ("imitation/robot_shapes", LaunchConfiguration("robot_shapes")),
+    ]
     nodes = (
         ("intent_perception", "recognizer", camera),
         ("intent_tracking", "tracker", camera),
@@ -30,6 +33,7 @@ def generate_launch_description() -> LaunchDescription:
             *(DeclareLaunchArgument(name, default_value=topic) for _, name, topic in CAMERA),
             DeclareLaunchArgument("models", default_value="", description="object database"),
             DeclareLaunchArgument("robot_objects", default_value="/intent/objects"),
+            DeclareLaunchArgument("robot_shapes", default_value="/intent/shapes"),
             *(
                 Node(
                     package=package,
