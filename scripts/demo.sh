@@ -68,6 +68,7 @@ stop_at_exit
 start intent_tracking grasp_detector "${common[@]}"
 start intent_inference inference "${common[@]}" ${model:+-p "model:=$model"}
 start intent_imitation imitation "${common[@]}" -r imitation/robot_objects:=/robot/intent/objects \
+  -r imitation/robot_shapes:=/robot/intent/shapes \
   ${network:+-p "network:=$network"}
 nodes=("${pids[@]}")
 start intent_imitation demo "$bag" --robot-bag "$robot" ${models:+--models "$models"} "${given[@]}" --out "$out"

@@ -54,7 +54,8 @@ start intent_perception recognizer --ros-args "${arguments[@]}"
 start intent_tracking tracker --ros-args "${arguments[@]}"
 start intent_tracking grasp_detector --ros-args "${arguments[@]}"
 start intent_inference inference --ros-args "${arguments[@]}"
-start intent_imitation imitation --ros-args -r imitation/robot_objects:=intent/objects "${arguments[@]}"
+start intent_imitation imitation --ros-args -r imitation/robot_objects:=intent/objects \
+  -r imitation/robot_shapes:=intent/shapes "${arguments[@]}"
 if [ -n "$bag" ]; then
   nodes=("${pids[@]}")
   start intent_perception replay "$bag" --subscribers 2 --wait 120 "${player[@]}" \

@@ -76,7 +76,10 @@ def test_a_shipped_bag_is_heard_compressed_and_ends_the_graph(launch: SimpleName
 def test_a_namespace_holds_every_node_and_no_topic_leaves_it(launch: SimpleNamespace) -> None:
     nodes = graph(launch, namespace="left", bag=str(shipped_bag("give_bottle")), rviz="true")
     assert {node.named["namespace"] for node in nodes.values()} == {"left"}
-    assert nodes["imitation"].named["remappings"] == [("imitation/robot_objects", "intent/objects")]
+    assert nodes["imitation"].named["remappings"] == [
+        ("imitation/robot_objects", "intent/objects"),
+        ("imitation/robot_shapes", "intent/shapes"),
+    ]
 
 
 def test_a_dead_node_is_announced_by_name_but_not_at_the_end(launch: SimpleNamespace) -> None:

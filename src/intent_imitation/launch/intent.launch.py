@@ -54,6 +54,7 @@ ARGUMENTS = {
     "bag": ("", "rosbag2 folder to play, raw or compressed, once the nodes are ready", None),
     "rate": ("1.0", "speed of the bag, 1 = as recorded", None),
     "robot_objects": ("intent/objects", "topic of the objects on the robot's own table", None),
+    "robot_shapes": ("intent/shapes", "topic of the shapes of those without a model", None),
     "respawn": ("false", "start a node again that has ended", ["true", "false"]),
 }
 """Default, description and choices of each argument."""
@@ -98,7 +99,7 @@ def node(name: str, chosen: dict[str, str]) -> Node:
         own["models"] = chosen["models"]
     if name in SEE:
         own |= images(chosen)
-    robot = [("imitation/robot_objects", chosen["robot_objects"])]
+    robot = [(f"imitation/{topic}", chosen[topic]) for topic in ("robot_objects", "robot_shapes")]
     return Node(
         package=package,
         executable=name,

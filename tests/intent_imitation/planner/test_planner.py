@@ -229,3 +229,17 @@ def test_a_damaged_library_is_refused_with_the_remedy(
 def test_impossible_settings_are_refused(bad: dict[str, float]) -> None:
     with pytest.raises(ValueError, match="expected"):
         PlannerConfig(**bad)
+
+
+def test_an_estimated_shape_is_planned_on_without_a_shake_test(
+    database: ObjectDatabase, library: GraspLibrary
+) -> None:
+    known = ObjectDatabase(database.models)
+    shape = replace(known["glass_0"], name="thing~0", functions=None)
+    which = planner(known, library, MadeUpModel({"glass": 0.9}), unshaken=150)
+    known.learn(shape)
+    item = RecognizedObject("thing", "thing~0", "glass", shape.rest, 0.9, 0.9, shape)
+    plan = planned(which, RecognizedObjects(0, (item,), np.eye(4)))
+    assert [choice.id for choice in plan.objects] == ["thing"]
+    assert plan.grasps
+    assert not any(grasp.shaken for grasp in plan.grasps)

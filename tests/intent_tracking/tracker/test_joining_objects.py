@@ -1,5 +1,7 @@
 """Objects join a running track, keep their place and id, and leave it when they are gone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,21 @@ def test_an_answer_before_the_start_or_of_unknown_objects_is_refused(tracker: Tr
     strange = RecognizedObject("x", "teapot", "teapot", np.eye(4), 1.0, 1.0)
     with pytest.raises(ValueError, match="teapot"):
         tracker.join(RecognizedObjects(0, (strange,), T_TABLE_CAMERA))
+
+
+def test_a_better_shape_of_a_thing_takes_the_place_of_the_one_before() -> None:
+    database = ObjectDatabase(DATABASE.models)
+    tracker = Tracker(database, TrackerConfig(networks=False))
+    frame = rehearsal_frames(DATABASE["mug_0"], 1)[0]
+    for revision, name in enumerate(("glass_0", "mug_0")):
+        shape = replace(DATABASE[name], name=f"thing~{revision}")
+        database.learn(shape)
+        thing = RecognizedObject("thing", shape.name, "", shape.rest, 0.9, 0.9, shape, revision)
+        objects = RecognizedObjects(0, (thing,), T_TABLE_CAMERA)
+        if revision == 0:
+            tracker.start(objects)
+        else:
+            tracker.join(objects)
+        state = tracker.step(frame)
+        assert state.object_ids == ("thing",)
+        assert state.object_models == (f"thing~{revision}",)

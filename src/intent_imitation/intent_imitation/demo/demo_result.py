@@ -82,12 +82,22 @@ def record_of(options: argparse.Namespace, collected: Collected) -> DemoRecord:
         plan=collected.plans[0] if collected.plans else None,
         robot_frame=_robot_frame(options.robot_bag, collected.robot_objects),
         robot_objects=collected.robot_objects[-1] if collected.robot_objects else None,
-        database=ObjectDatabase.load(options.models or None),
+        database=_database(options.models, collected),
         frames_total=len(stamps),
         frames_lost=lost,
         frames_left_out=len(stamps) - len(readable),
         seconds=round(seconds, 3),
     )
+
+
+def _database(models: str, collected: Collected) -> ObjectDatabase:
+    """Return the known objects, and the shapes that were estimated of others."""
+    database = ObjectDatabase.load(models or None)
+    for answer in collected.objects:
+        for item in answer.objects:
+            if item.shape is not None and item.model not in database:
+                database.learn(item.shape)
+    return database
 
 
 def write_all(record: DemoRecord, bag: str, folder: OwnFolder, stream: TextIO = sys.stdout) -> None:

@@ -54,7 +54,7 @@ def picture_of_grasp(
         color = OBJECT_COLORS[index % len(OBJECT_COLORS)]
         if item.id == candidate.object_id:
             target, color = item, MARKED_COLOR
-        bodies.append(DrawnBody(known[item.model].mesh, item.T_table_object, color))
+        bodies.append(DrawnBody((item.shape or known[item.model]).mesh, item.T_table_object, color))
     own = [item.id for item in objects.objects].index(target.id) + 1
     T_table_camera = _best_view(candidate, target, known, bodies, own)
     return studio(_camera(*size), T_table_camera, bodies)
@@ -75,7 +75,8 @@ def _best_view(
     """Return T_table_camera of the view in which neighbours hide hand and object least."""
     wrist = candidate.T_table_hand[:3, 3]
     middle = 0.45 * wrist + 0.55 * target.T_table_object[:3, 3]
-    reach = known[target.model].diameter / 2 + float(np.linalg.norm(middle - wrist))
+    model = target.shape or known[target.model]
+    reach = model.diameter / 2 + float(np.linalg.norm(middle - wrist))
     flat = candidate.approach[:2]
     start = np.arctan2(flat[1], flat[0]) if np.linalg.norm(flat) > 0.2 else -np.pi / 2
     distance = max(0.45, 4.0 * reach)

@@ -20,7 +20,7 @@ from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.transforms import inverse, transform_points
 from intent_perception.objects.database import ObjectDatabase
-from intent_perception.recognition.recognizer import RecognizedObjects
+from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_tracking.scene.scene_state import SceneState
 
 OBJECT_COLORS = (
@@ -68,7 +68,7 @@ def picture_of_objects(
     bodies, weights = [], []
     for index, item in enumerate(objects.objects):
         color = MARKED_COLOR if item.id == marked else OBJECT_COLORS[index % len(OBJECT_COLORS)]
-        bodies.append(DrawnBody(known[item.model].mesh, item.T_table_object, color))
+        bodies.append(DrawnBody((item.shape or known[item.model]).mesh, item.T_table_object, color))
         weights.append(0.6 if item.id == marked else 0.32)
     canvas = overlay(frame.color, frame.camera, objects.T_table_camera, bodies, weights, _SCALE)
     corners = [_pixels(frame.camera, objects.T_table_camera, body) for body in bodies]
@@ -80,8 +80,15 @@ def picture_of_objects(
     for item, body, corner, number in zip(objects.objects, bodies, corners, written, strict=True):
         middle = float(corner[:, 0].min() + corner[:, 0].max()) / 2 - window.left
         top = float(corner[:, 1].min()) - window.top
-        tags.append(Tag(f"{item.id}  {number:.2f}", body.color, (middle * zoom, top * zoom)))
+        tags.append(
+            Tag(f"{shown_name(item)}  {number:.2f}", body.color, (middle * zoom, top * zoom))
+        )
     return annotate(window.cut(canvas, _WIDTH), tags)
+
+
+def shown_name(item: RecognizedObject) -> str:
+    """Return what an object is called in pictures: its id, and what an estimated one is."""
+    return item.id if item.shape is None else f"{item.id}: {item.object_class or 'unknown'}"
 
 
 MARKED_COLOR = (0.05, 0.62, 0.45)

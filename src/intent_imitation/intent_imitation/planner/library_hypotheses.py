@@ -34,7 +34,7 @@ class HypothesisSource:
     def __init__(
         self, database: ObjectDatabase, library: GraspLibrary, hand: GraspingHand, tries: int
     ) -> None:
-        self._models = {model.name: model for model in database.models}
+        self._models = database
         self._library = library
         self._hand = hand
         self._tries = tries

@@ -121,11 +121,12 @@ class GraspPlanner:
         """Take what was recognised on the robot's table; it holds until the next start.
 
         What does not depend on the task is worked out here, each object once: signed distance,
-        features, and what BN^R says of the object and of each of its grasps.
+        features, and what BN^R says of the object and of each of its grasps. Things of no known
+        class wait until nothing else affords a task: theirs takes seconds.
         """
         self._objects = objects
         for item in objects.objects:
-            if self._source.knows(item.model):
+            if item.object_class and self._source.knows(item.model):
                 self._source.distance(item.model)
                 self._chance(item.model, item.object_class)
 
@@ -165,12 +166,9 @@ class GraspPlanner:
             raise ValueError("expected start(objects) before plan(task)")
         if task not in self._model.tasks:
             raise ValueError(f"BN^R knows the tasks {self._model.tasks}, not {task!r}")
-        options = [
-            self._option(index, task)
-            if self._source.knows(item.model)
-            else _Option(item.id, item.object_class, 0.0, ())
-            for index, item in enumerate(self._objects.objects)
-        ]
+        options = self._options(task, of_class=True)
+        if not any(self._affords(option) for option in options):
+            options = self._options(task, of_class=False)
         options.sort(
             key=lambda option: (
                 not self._affords(option),
@@ -197,6 +195,18 @@ class GraspPlanner:
             self._hand.name,
             self._hand.table.joint_names,
         )
+
+    def _options(self, task: str, of_class: bool) -> list[_Option]:
+        """Return all objects; those that are unknown, or of no class where one is asked for, have
+        no chance.
+        """
+        assert self._objects is not None  # plan() has checked it
+        return [
+            self._option(index, task)
+            if self._source.knows(item.model) and (item.object_class or not of_class)
+            else _Option(item.id, item.object_class, 0.0, ())
+            for index, item in enumerate(self._objects.objects)
+        ]
 
     def _affords(self, option: _Option) -> bool:
         config = self._config

@@ -25,8 +25,9 @@ from intent_imitation.demo.run_progress import FOLLOWERS, RunProgress
 from intent_imitation.ros.convert import plan_from_msg
 from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.bags.frame_assembly import stamp_of
-from intent_perception.ros.convert import objects_from_msg
+from intent_perception.objects.database import ObjectDatabase
 from intent_perception.ros.node import LATCHED, RESULTS, guarded
+from intent_perception.ros.shaped_objects import ShapedObjects
 from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
 
 
@@ -38,10 +39,8 @@ class DemoNode(Node):
         self.collected = Collected()
         self.progress = RunProgress(stamps_of(bag), patience, time.monotonic())
         got = self.collected
-        self._hear(msgs.RecognizedObjects, "/intent/objects", objects_from_msg, got.objects)
-        self._hear(
-            msgs.RecognizedObjects, "/robot/intent/objects", objects_from_msg, got.robot_objects
-        )
+        self._hear_objects("", got.objects)
+        self._hear_objects("/robot", got.robot_objects)
         self._hear(msgs.SceneState, "/intent/scene_state", state_from_msg, got.states, RESULTS)
         self._hear(msgs.StableGrasp, "/intent/stable_grasp", grasp_from_msg, got.grasps)
         self._hear(msgs.TaskPosterior, "/intent/task_posterior", posterior_from_msg, got.posteriors)
@@ -58,6 +57,21 @@ class DemoNode(Node):
             return False
         self.progress.check(self.collected, time.monotonic())
         return True
+
+    def _hear_objects(self, namespace: str, into: Any) -> None:
+        """Take note of what is on a table, with the shapes of what is estimated."""
+
+        def note(objects: Any, _: Any) -> None:
+            into.append(objects)
+            self.progress.note(time.monotonic())
+
+        heard = ShapedObjects(ObjectDatabase(()), note)
+        for kind, name, take in (
+            (msgs.ObjectShapes, "shapes", heard.on_shapes),
+            (msgs.RecognizedObjects, "objects", heard.on_objects),
+        ):
+            topic = f"{namespace}/intent/{name}"
+            self.create_subscription(kind, topic, guarded(self, topic, take), LATCHED)
 
     def _hear(self, kind: Any, topic: str, convert: Any, into: Any, qos: Any = LATCHED) -> None:
         def note(message: Any) -> None:

@@ -8,15 +8,16 @@ from intent_imitation.planner.planner import GraspPlanner, PlannerConfig
 from intent_imitation.ros.convert import plan_to_msg
 from intent_inference.intention.estimator import TaskPosterior
 from intent_inference.ros.convert import posterior_from_msg
-from intent_perception.ros.convert import TABLE_FRAME, objects_from_msg
+from intent_perception.recognition.recognizer import RecognizedObjects
+from intent_perception.ros.convert import TABLE_FRAME
 from intent_perception.ros.node import (
-    LATCHED,
     LATEST,
     IntentNode,
     declared,
     declared_database,
     run,
 )
+from intent_perception.ros.shaped_objects import listen_for_objects
 
 
 class ImitationNode(IntentNode):
@@ -28,11 +29,12 @@ class ImitationNode(IntentNode):
 
     def __init__(self) -> None:
         super().__init__("imitation")
-        self._planner = GraspPlanner(declared_database(self), declared(self, PlannerConfig()))
+        database = declared_database(self)
+        self._planner = GraspPlanner(database, declared(self, PlannerConfig()))
         self._planner.rehearse()
         self.reset()
         self._publisher = self.create_publisher(msgs.GraspPlan, "intent/grasp_plan", LATEST)
-        self.listen(msgs.RecognizedObjects, "~/robot_objects", self._on_objects, LATCHED)
+        listen_for_objects(self, "~/robot_objects", "~/robot_shapes", database, self._on_objects)
         self.listen_for_news(msgs.TaskPosterior, "intent/task_posterior", self._on_posterior)
 
     def reset(self) -> None:
@@ -40,9 +42,9 @@ class ImitationNode(IntentNode):
         self._waiting: TaskPosterior | None = None
         self._frame = TABLE_FRAME
 
-    def _on_objects(self, message: Any) -> None:
-        self._planner.start(objects_from_msg(message))
-        self._frame = message.header.frame_id
+    def _on_objects(self, objects: RecognizedObjects, header: Any) -> None:
+        self._planner.start(objects)
+        self._frame = header.frame_id
         if self._waiting is not None:
             self._plan(self._waiting)
 

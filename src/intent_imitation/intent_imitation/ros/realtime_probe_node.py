@@ -187,6 +187,7 @@ def probed_graph(bag: Path, models: Path | None) -> Iterator[RealtimeProbe]:
     """
     color, depth = transports(str(bag))
     arguments = ["--ros-args", "-r", "imitation/robot_objects:=/intent/objects"]
+    arguments += ["-r", "imitation/robot_shapes:=/intent/shapes"]
     arguments += ["-p", f"color_transport:={color}", "-p", f"depth_transport:={depth}"]
     arguments += ["-p", f"models:={models}"] if models else []
     with private_domain(), tempfile.TemporaryDirectory() as folder:

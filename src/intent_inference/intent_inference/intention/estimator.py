@@ -110,8 +110,9 @@ class IntentionEstimator:
         self._config = config or InferenceConfig()
         self._model = load_model(self._config.model) if self._config.model else shipped_model()
         reach = ReachConfig(memory=self._config.reach_memory, range=self._config.reach_range)
-        self._database = ObjectDatabase.load(self._config.models or None)
-        self._reach = ReachFilter(self._model, self._database, reach)
+        self.database = ObjectDatabase.load(self._config.models or None)
+        """Objects that may be held; it learns shapes that are estimated on the way."""
+        self._reach = ReachFilter(self._model, self.database, reach)
         self._prior = float(np.log(self._config.prior / (1.0 - self._config.prior)))
 
     @property
@@ -125,8 +126,8 @@ class IntentionEstimator:
 
     def rehearse(self) -> None:
         """Go through an invented grasp, so that the first real one finds everything loaded."""
-        detector = GraspDetector(self._database)
-        for state in rehearsal_states(self._database.example, 12):
+        detector = GraspDetector(self.database)
+        for state in rehearsal_states(self.database.example, 12):
             self.step(state)
             if (grasp := detector.step(state)) is not None:
                 self.step(grasp)

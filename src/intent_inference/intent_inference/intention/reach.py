@@ -72,7 +72,7 @@ class ReachFilter:
         self._model = model
         self._database = database
         self._config = config or ReachConfig()
-        self._geometries: dict[str, GraspedShape | None] = {}
+        self._geometries: dict[str, GraspedShape] = {}
         self.reset()
 
     def reset(self) -> None:
@@ -160,12 +160,10 @@ class ReachFilter:
         return elapsed
 
     def _geometry(self, name: str) -> GraspedShape | None:
-        if name not in self._geometries:
-            known = name in self._database
-            self._geometries[name] = GraspedShape(self._database[name]) if known else None
-            if (shape := self._geometries[name]) is not None:
-                _ = shape.convexity, shape.mirror
-        return self._geometries[name]
+        if name not in self._geometries and name in self._database:
+            shape = self._geometries[name] = GraspedShape(self._database[name])
+            _ = shape.convexity, shape.mirror
+        return self._geometries.get(name)
 
     def _gap(self, state: SceneState, index: int, palm_table: Array) -> float:
         geometry = self._geometry(state.object_models[index])

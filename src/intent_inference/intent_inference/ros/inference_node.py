@@ -7,6 +7,7 @@ from intent_msgs.msg import SceneState, StableGrasp, TaskPosterior
 from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator
 from intent_inference.ros.convert import posterior_to_msg
 from intent_perception.ros.node import LATEST, RESULTS, IntentNode, declared, run
+from intent_perception.ros.shaped_objects import learn_shapes
 from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
 
 
@@ -22,6 +23,7 @@ class InferenceNode(IntentNode):
         self._estimator = IntentionEstimator(declared(self, InferenceConfig()))
         self._estimator.rehearse()
         self._publisher = self.create_publisher(TaskPosterior, "intent/task_posterior", LATEST)
+        learn_shapes(self, "intent/shapes", self._estimator.database)
         self.listen_for_news(StableGrasp, "intent/stable_grasp", self._on_grasp)
         self.listen(SceneState, "intent/scene_state", self._on_state, RESULTS)
 

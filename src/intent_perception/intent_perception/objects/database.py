@@ -8,9 +8,10 @@ Those four keys are enough for any mesh; the optional ones are `up`, `color`, `m
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import Protocol
 
 from intent_perception import SHARE
 from intent_perception.basics.checked_files import read_yaml
@@ -35,6 +36,7 @@ __all__ = [
     "Face",
     "Functions",
     "Mesh",
+    "ModelSource",
     "ObjectDatabase",
     "ObjectModel",
     "Opening",
@@ -44,8 +46,24 @@ __all__ = [
 
 SHIPPED = SHARE / "objects" / "objects.yaml"
 """The database of 6 classes x 8 objects."""
+REVISION = "~"
+"""Stands in a name between an estimated thing and the revision of its shape."""
+_KEPT = 3
+"""Revisions of one thing's shape that are remembered."""
 CLUTTER = SHARE / "objects" / "clutter.yaml"
 """Household things of other classes: toy car, box, ball …"""
+
+
+class ModelSource(Protocol):
+    """Where an object is looked up by the name of its model: a database, or any mapping."""
+
+    def __getitem__(self, name: str, /) -> ObjectModel:
+        """Return the object with a name."""
+        ...
+
+    def __contains__(self, name: object, /) -> bool:
+        """Return whether there is one."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +74,8 @@ class ObjectDatabase:
     """The objects; names are unique."""
     notes: tuple[str, ...] = ()
     """What looks wrong with entries of the file, one sentence each."""
+    estimated: dict[str, ObjectModel] = field(default_factory=dict)
+    """Shapes of things that are in no file, learnt while a run goes on; by name."""
 
     def __post_init__(self) -> None:
         """Refuse two objects of one name."""
@@ -109,22 +129,35 @@ class ObjectDatabase:
 
     @property
     def example(self) -> ObjectModel:
-        """The first model that comes with its boxes, so that little is left to compute; else the
-        first of all.
-        """
+        """The first model that comes with its boxes, else the first: little is left to compute."""
         known = (model for model in self.models if model.stored_boxes is not None)
         return next(known, self.models[0])
 
+    def learn(self, model: ObjectModel) -> None:
+        """Take an estimated shape; who looks it up by its name finds it from now on.
+
+        A shape has the name of its thing with a revision behind `REVISION`. The one before is kept
+        for those who still follow it, older ones are forgotten.
+        """
+        self.estimated.pop(model.name, None)
+        thing = model.name.rpartition(REVISION)[0]
+        of_thing = [name for name in self.estimated if name.rpartition(REVISION)[0] == thing]
+        for name in of_thing[: -(_KEPT - 1)]:
+            del self.estimated[name]
+        self.estimated[model.name] = model
+
     def __getitem__(self, name: str) -> ObjectModel:
-        """Return the object with a name."""
+        """Return the object or the estimated shape with a name."""
+        if name in self.estimated:
+            return self.estimated[name]
         for model in self.models:
             if model.name == name:
                 return model
         raise ValueError(f"expected one of {', '.join(self.names)}, got {name!r}")
 
-    def __contains__(self, name: str) -> bool:
-        """Return whether an object has this name."""
-        return name in self.names
+    def __contains__(self, name: object) -> bool:
+        """Return whether an object or an estimated shape has this name."""
+        return name in self.estimated or name in self.names
 
     def __iter__(self) -> Iterator[ObjectModel]:
         """Go through the objects in order."""

@@ -1,12 +1,16 @@
 """Hypotheses worth drawing: held against the depth image pixel by pixel, after refinement."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Floats
+from intent_perception.geometry.rasterizer import NOTHING
 from intent_perception.recognition.conflict import PixelEvidence
+from intent_perception.recognition.estimation.shape_estimator import EstimatedShape
+from intent_perception.recognition.estimation.thing_gate import ELSEWHERE, MISFIT, things_meant
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.verification.alignment import align
 from intent_perception.recognition.verification.alternatives import (
@@ -32,6 +36,7 @@ _LEAST_SCORE = 0.1
 _REGION = 48  # edge of the image regions between which the drawing is shared out [pixel]
 _PER_REGION = 36
 _PER_MODEL = 3  # in one region
+_PER_THING = 24  # of what is known to be one thing, and how large
 _MOST = 300  # in all: what bounds the work where a whole arm or room is taken for objects
 _MOST_PIXELS = 800_000  # that they cover together: near things are large, and fewer are drawn
 _CLEAR = 0.3  # evidence of pixels whose colour counts
@@ -41,6 +46,7 @@ _AROUND = 20  # width of the frame in which the table is looked at [pixel]
 _SPREAD = 0.002  # systematic error of a depth camera [m]
 _TILTED = 0.2  # an object tilted more than this leans on something [rad]
 _AS_STABLE = 0.05  # turns that are this much further from a stable pose are as good [rad]
+_COVERED = 0.03  # surfaces of one object are no further apart in depth [m]
 _BELOW = 0.012  # an object that reaches further into the table is hardly there [m]
 
 
@@ -147,11 +153,26 @@ class PoseJudge:
         else:
             settle(pose, *mesh, *self._focus.surface, _STEPS, 2)
 
-    def aligned(self, models: NDArray[np.int64], poses: Floats) -> tuple[NDArray[np.int64], Floats]:
-        """Return the hypotheses worth drawing, aligned to the scene, best first in each region."""
+    def aligned(
+        self,
+        models: NDArray[np.int64],
+        poses: Floats,
+        shapes: Sequence[EstimatedShape] = (),
+    ) -> tuple[NDArray[np.int64], Floats]:
+        """Return the hypotheses worth drawing, aligned to the scene, best first in each region.
+
+        Those that are much smaller or larger than the thing at their place, one of the estimated
+        shapes, are not.
+        """
         library, scene = self._library, self._focus
         surface = (library.points, library.normals, library.offsets)
         align(poses, models, *surface, _ALIGNED_POINTS, *scene.surface, _ALIGNMENT)
+        parts = [
+            library.points[a:b]
+            for a, b in zip(library.offsets[:-1], library.offsets[1:], strict=True)
+        ]
+        meant = things_meant(shapes, models, poses, parts, scene.intrinsics)
+        models, poses, meant = (values[meant != MISFIT] for values in (models, poses, meant))
         score, match = support_of_all(
             poses, models, *surface, *scene.surface, self._tolerance, 0.6
         ).T
@@ -166,6 +187,7 @@ class PoseJudge:
         room = float(_MOST_PIXELS)
         taken: dict[int, int] = {}
         taken_of: dict[tuple[int, int], int] = {}
+        taken_by: dict[int, int] = {}
         kept: list[int] = []
         for k in np.argsort(-worth, kind="stable"):
             if len(kept) >= _MOST or room <= 0.0:
@@ -175,11 +197,36 @@ class PoseJudge:
                 continue
             if taken_of.get(own, 0) >= _PER_MODEL:
                 continue
+            thing = int(meant[k])
+            if thing != ELSEWHERE and taken_by.get(thing, 0) >= _PER_THING:
+                continue
+            taken_by[thing] = taken_by.get(thing, 0) + 1
             taken[place] = taken.get(place, 0) + 1
             taken_of[own] = taken_of.get(own, 0) + 1
             room -= float(drawn[k])
             kept.append(k)
         return models[kept], poses[kept]
+
+    def covered(self, placed: Sequence[tuple[int, Floats]]) -> Floats:
+        """Return 1 on the pixels (H, W) of models at poses (12,), 0 elsewhere.
+
+        Whatever was measured there: of a handle or a rim half the pixels may fit badly.
+        """
+        covered = np.zeros(self._scene.shape, np.float32)
+        for model, pose in placed:
+            drawing = self.drawing(model, pose)
+            height, width = drawing.depth.shape
+            gap = (
+                self._scene.image.depth[
+                    drawing.top : drawing.top + height, drawing.left : drawing.left + width
+                ]
+                - drawing.depth
+            )
+            window = covered[
+                drawing.top : drawing.top + height, drawing.left : drawing.left + width
+            ]
+            window[(drawing.depth < NOTHING) & (np.abs(gap) < _COVERED)] = 1.0
+        return covered
 
     def evidence(self, models: NDArray[np.int64], poses: Floats) -> PixelEvidence:
         """Return the evidence of hypotheses; their poses (N, 12) are refined in place."""

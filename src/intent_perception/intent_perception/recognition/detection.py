@@ -20,6 +20,11 @@ from intent_perception.recognition.conflict import (
     quality_of,
     select,
 )
+from intent_perception.recognition.estimation.shape_estimator import (
+    EstimatedShape,
+    estimated_shapes,
+)
+from intent_perception.recognition.estimation.thing_gate import contradicted, left_over
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.proposal.pair_hypotheses import pair_iterations, sample_pairs
 from intent_perception.recognition.proposal.pose_slots import Slots
@@ -43,6 +48,8 @@ _ENDS_BEFORE = 5.0
 _SHARPNESS = 3
 """How strongly a poor match weakens a rival. On the same scenes 1 gives the same answers, and a
 calibration error of the confidence, which was fitted with 3, of .0129 instead of .0125."""
+LIKELY = 0.5
+"""From this confidence on an object is taken to be there."""
 _MOST_WITHOUT_TABLE = 40_000
 """Pixels on which things in the air are searched for; more are walls, people, a whole room."""
 _SLOTS = 3  # poses kept of each model in each image cell
@@ -87,6 +94,8 @@ class DetectorConfig(Checked):
     """Pixels an object must explain, 1..100000."""
     least_quality: float = 0.6
     """Least share of the judged pixels that must match, 0..1."""
+    estimate: bool = True
+    """Whether the shapes of things that are in no database are estimated."""
     seed: int = 0
     """Seed of all random draws, 0..2147483647."""
 
@@ -152,6 +161,8 @@ class Findings:
     """How many were generated."""
     complete: bool
     """Whether everything in the scene has been looked at as closely as it will be."""
+    shapes: tuple[EstimatedShape, ...] = ()
+    """Of what none of them explains, in the frame `table`; empty until the answer is complete."""
 
 
 class _Draws(NamedTuple):
@@ -235,14 +246,64 @@ class Detector:
             # Nothing stands out: a search among walls and people would take minutes.
             yield Findings((), image, scene.parts, 0, True)
             return
+        shapes = self._shapes(scene)
         candidates, made = self._remembered(known, judge), 0
         found, focus = self._judged(scene, judge, candidates)
         for share, complete in ((config.glance, False), (1.0, True)):
-            more, extra = self._candidates(scene, focus, rng, share)
+            more, extra = self._candidates(scene, focus, rng, share, shapes)
             candidates, made = candidates.joined(more), made + extra
             if len(more.models):
                 found, focus = self._judged(scene, judge, candidates)
-            yield Findings(found, image, scene.parts, made, complete)
+            kept = self._uncontradicted(found, shapes, scene)
+            rest = self._unexplained(kept, shapes, scene, judge) if complete else ()
+            yield Findings(kept, image, scene.parts, made, complete, rest)
+
+    def _shapes(self, scene: SceneView) -> list[EstimatedShape]:
+        """Return the shapes of all that stands on the table, known or not."""
+        table = scene.parts.table
+        if table is None or not self.config.estimate:
+            return []
+        rng = np.random.default_rng(self.config.seed)
+        return estimated_shapes(scene, table.T_table_camera(), rng)
+
+    def _uncontradicted(
+        self, found: Sequence[Detection], shapes: Sequence[EstimatedShape], scene: SceneView
+    ) -> tuple[Detection, ...]:
+        """Return the objects but those where an estimated shape of another class fits better."""
+        table = scene.parts.table
+        if table is None or not shapes:
+            return tuple(found)
+        models = [self.library.models[one.model] for one in found]
+        wrong = contradicted(
+            shapes,
+            [model.mesh for model in models],
+            [model.object_class for model in models],
+            [one.T_camera_object for one in found],
+            scene,
+            table.T_table_camera(),
+        )
+        return tuple(one for one, no in zip(found, wrong, strict=True) if not no)
+
+    def _unexplained(
+        self,
+        found: Sequence[Detection],
+        shapes: Sequence[EstimatedShape],
+        scene: SceneView,
+        judge: PoseJudge,
+    ) -> tuple[EstimatedShape, ...]:
+        """Return the shapes of what no object, more likely right than wrong, explains."""
+        table = scene.parts.table
+        if table is None or not shapes:
+            return ()
+        likely = [one for one in found if one.confidence >= LIKELY]
+        explained = judge.covered(
+            [
+                (one.model, self.library.centred_pose(one.model, one.T_camera_object))
+                for one in likely
+            ]
+        )
+        rng = np.random.default_rng(self.config.seed)
+        return left_over(shapes, scene.without(explained), table.T_table_camera(), rng)
 
     def _remembered(self, known: Sequence[Detection], judge: PoseJudge) -> Candidates:
         """Return objects of an earlier frame, refined in this one."""
@@ -264,13 +325,18 @@ class Detector:
         return tuple(ranked), scene.without(explained) if any(sure) else scene
 
     def _candidates(
-        self, scene: SceneView, focus: SceneView, rng: np.random.Generator, share: float = 1.0
+        self,
+        scene: SceneView,
+        focus: SceneView,
+        rng: np.random.Generator,
+        share: float = 1.0,
+        shapes: Sequence[EstimatedShape] = (),
     ) -> tuple[Candidates, int]:
         """Return the hypotheses worth a decision on the pixels in focus, and how many were made."""
         draws = self._draws(focus, int(scene.parts.mask.sum()), share)
         slots, made = self.generated(focus, rng, draws)
         judge = PoseJudge(self.library, scene, self.config.tolerance, focus)
-        models, poses = judge.aligned(*slots.best(draws.refined_per_model))
+        models, poses = judge.aligned(*slots.best(draws.refined_per_model), shapes)
         return Candidates(models, poses, judge.evidence(models, poses)), made
 
     def _draws(self, focus: SceneView, whole: int, share: float) -> "_Draws":

@@ -1,4 +1,4 @@
-"""Command: known objects in one RGB-D image or one point cloud.
+"""Command: the objects in one RGB-D image, known or estimated, or in one point cloud.
 
 python -m intent_perception.recognize [--models DB]
     (--rgb P --depth P --depth-scale M --camera K.json | --cloud P.ply --unit m|mm)
@@ -21,8 +21,11 @@ from intent_perception.geometry.camera import RgbdFrame, clean_depth, depth_advi
 from intent_perception.geometry.cloud import read_cloud, view_cloud
 from intent_perception.geometry.coded_images import read_picture, write_picture
 from intent_perception.geometry.lens import read_lens
+from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.database import ObjectDatabase
+from intent_perception.objects.model import Functions, ObjectModel
 from intent_perception.recognition.detection import Detector, DetectorConfig, Findings
+from intent_perception.recognition.estimation.shape_estimator import EstimatedShape
 from intent_perception.recognition.overlay import overlay
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.recognizer import RecognizerConfig
@@ -74,7 +77,57 @@ def report(findings: Findings, detector: Detector, T_out_camera: Array) -> list[
         }
         for found in findings.detections
         if found.confidence >= least
+    ] + [
+        {
+            "model": "",
+            "object_class": found.model.object_class,
+            "T_camera_object": (T_out_camera @ pose).ravel().tolist(),
+            "confidence": found.confidence,
+            "visible_fraction": found.likeness.visible,
+            "shape": shape_entry(found.model),
+        }
+        for found, pose in _placed(findings)
     ]
+
+
+def _placed(findings: Findings) -> list[tuple[EstimatedShape, Array]]:
+    """Return the estimated shapes and their poses in the camera's frame."""
+    table = findings.segmentation.table
+    if table is None:
+        return []
+    T_camera_table = inverse(table.T_table_camera())
+    return [(shape, T_camera_table @ shape.T_table_object) for shape in findings.shapes]
+
+
+def shape_entry(model: ObjectModel) -> dict[str, Any]:
+    """Return an estimated shape as JSON takes it: in the object's own frame, lengths in m."""
+    functions = model.functions or Functions()
+    opening, edge, face, tip = functions.opening, functions.edge, functions.face, functions.tip
+    axis = model.symmetry.axis
+    return {
+        "vertices": np.round(model.mesh.vertices, 5).tolist(),
+        "triangles": model.mesh.faces.tolist(),
+        "closed": bool(model.mesh.is_watertight),
+        "color": np.round(model.color, 3).tolist(),
+        "opening": opening
+        and {
+            "center": opening.center.tolist(),
+            "normal": opening.normal.tolist(),
+            "radius": float(opening.radius),
+        },
+        "edge": edge
+        and {
+            "start": edge.start.tolist(),
+            "end": edge.end.tolist(),
+            "direction": edge.direction.tolist(),
+        },
+        "face": face and {"center": face.center.tolist(), "normal": face.normal.tolist()},
+        "tip": None if tip is None else tip.tolist(),
+        "handle": list(functions.handle),
+        "functional": list(functions.functional),
+        "symmetry_axis": None if axis is None else axis.tolist(),
+        "stable_poses": [pose.ravel().tolist() for pose in model.stable_poses],
+    }
 
 
 def picture(frame: RgbdFrame, findings: Findings, detector: Detector, path: Path) -> None:
@@ -84,7 +137,11 @@ def picture(frame: RgbdFrame, findings: Findings, detector: Detector, path: Path
     models = [detector.library.models[d.model] for d in found]
     texts = [f"{m.name} {d.confidence:.2f}" for m, d in zip(models, found, strict=True)]
     poses = [d.T_camera_object for d in found]
-    image = overlay(frame.color, frame.camera, models, poses, texts, [_PAINT] * len(found))
+    for shape, pose in _placed(findings):
+        models.append(shape.model)
+        texts.append(f"{shape.model.object_class or 'unknown'} {shape.confidence:.2f}")
+        poses.append(pose)
+    image = overlay(frame.color, frame.camera, models, poses, texts, [_PAINT] * len(models))
     write_picture(path, image)
 
 

@@ -8,8 +8,9 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.geometry.transforms import require_pose
+from intent_perception.geometry.transforms import inverse, require_pose
 from intent_perception.objects.database import ObjectDatabase
+from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.detection import (
     Detection,
     Detector,
@@ -18,6 +19,7 @@ from intent_perception.recognition.detection import (
     oriented_scene,
     table_of,
 )
+from intent_perception.recognition.estimation.shape_memory import ShapeMemory
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.scene_change import ChangeConfig, SceneMemory, centers_of
 from intent_perception.scene.arm_pixels import ArmConfig, arm_pixels
@@ -48,7 +50,7 @@ class RecognizedObject:
     id: str
     """Model name; further instances get ".2", ".3" …"""
     model: str
-    """Name in the object database."""
+    """Name in the object database; of an estimated shape, that of its present revision."""
     object_class: str
     """Its class."""
     T_table_object: Array
@@ -57,6 +59,10 @@ class RecognizedObject:
     """Probability that model and pose are right."""
     visible_fraction: float
     """Share of the pixels of the object's silhouette on which it is seen."""
+    shape: ObjectModel | None = None
+    """What it looks like, where that is estimated; None for an object of the database."""
+    revision: int = 0
+    """Of the estimated shape; grows as it improves."""
 
     def __post_init__(self) -> None:
         """Refuse what no recogniser says."""
@@ -104,7 +110,7 @@ class Recognizer:
         """Prepare all models of a database.
 
         Args:
-            database: what can be recognised.
+            database: what can be recognised; it learns the shapes of what is not in it.
             config: parameters, None = the defaults.
             T_table_camera: (4, 4) of a calibrated camera; None = the table is found in each frame.
 
@@ -112,7 +118,9 @@ class Recognizer:
             ValueError: if the camera's pose is none.
         """
         self._config = config or RecognizerConfig()
+        self._database = database
         self._detector = Detector(ModelLibrary.of(database), self._config.detection)
+        self._things = ShapeMemory()
         self._memory = SceneMemory(self._config.change, self._config.arm, self._config.detection)
         if T_table_camera is not None:
             T_table_camera = require_pose(T_table_camera, "T_table_camera")
@@ -127,6 +135,7 @@ class Recognizer:
         self._found: tuple[Detection, ...] = ()
         self._stands = False
         self._memory.forget()
+        self._things.forget()
 
     def step(self, frame: RgbdFrame) -> RecognizedObjects | None:
         """Return what is on the table; None while nothing new can be said.
@@ -162,8 +171,10 @@ class Recognizer:
 
     def _differs(self, frame: RgbdFrame) -> bool:
         """Return whether the scene is another one than that of the answer."""
-        models = [self._detector.library.models[one.model] for one in self._found]
-        poses = np.reshape([one.T_camera_object for one in self._found], (-1, 4, 4))
+        assert self._answer is not None
+        objects, T_camera_table = self._answer.objects, inverse(self._answer.T_table_camera)
+        models = [item.shape or self._detector.library.named(item.model) for item in objects]
+        poses = np.reshape([T_camera_table @ item.T_table_object for item in objects], (-1, 4, 4))
         centers = centers_of(poses, np.reshape([model.center for model in models], (-1, 3)))
         return self._memory.differs(frame, centers, np.array([0.5 * m.diameter for m in models]))
 
@@ -181,8 +192,36 @@ class Recognizer:
         objects: list[RecognizedObject] = []
         for detection in self._found:
             objects.append(self._object(detection, T_table_camera, before, objects))
+        if findings.complete:
+            objects += self._estimated(findings, T_table_camera, {item.id for item in objects})
         self._answer = RecognizedObjects(stamp, tuple(objects), T_table_camera, findings.complete)
         return self._answer
+
+    def _estimated(
+        self, findings: Findings, T_table_camera: Array, taken: set[str]
+    ) -> list[RecognizedObject]:
+        """Return what no object of the database explains, in a calibrated camera's table frame."""
+        table = findings.segmentation.table
+        if table is None:
+            return []
+        T_frame_table = T_table_camera @ inverse(table.T_table_camera())
+        things = self._things.named(findings.shapes, taken)
+        for kept in things:
+            if kept.shape.model.name not in self._database:
+                self._database.learn(kept.shape.model)
+        return [
+            RecognizedObject(
+                id=kept.id,
+                model=kept.shape.model.name,
+                object_class=kept.shape.model.object_class,
+                T_table_object=T_frame_table @ kept.shape.T_table_object,
+                confidence=kept.shape.confidence,
+                visible_fraction=kept.shape.likeness.visible,
+                shape=kept.shape.model,
+                revision=kept.revision,
+            )
+            for kept in things
+        ]
 
     def _object(
         self,

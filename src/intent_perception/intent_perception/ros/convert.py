@@ -1,6 +1,6 @@
 """Results of this package to and from messages; poses, transforms and markers for all packages."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -80,7 +80,9 @@ def objects_to_msg(
     """Return the message of recognised objects."""
     return msgs.RecognizedObjects(
         header=header_at(objects.stamp),
-        objects=[_object_to_msg(item, database[item.model]) for item in objects.objects],
+        objects=[
+            _object_to_msg(item, item.shape or database[item.model]) for item in objects.objects
+        ],
         camera_frame=camera_frame,
         camera_pose=pose_to_msg(objects.T_table_camera),
         complete=bool(objects.complete),
@@ -91,7 +93,7 @@ def _object_to_msg(item: RecognizedObject, model: ObjectModel) -> Any:
     symmetry = model.symmetry
     return msgs.RecognizedObject(
         id=item.id,
-        model=item.model,
+        model="" if item.shape is not None else item.model,
         object_class=item.object_class,
         pose=pose_to_msg(item.T_table_object),
         confidence=float(item.confidence),
@@ -101,23 +103,39 @@ def _object_to_msg(item: RecognizedObject, model: ObjectModel) -> Any:
     )
 
 
-def objects_from_msg(message: Any) -> RecognizedObjects:
-    """Return the recognised objects of a message."""
+def objects_from_msg(
+    message: Any, shapes: Mapping[str, tuple[int, ObjectModel]] | None = None
+) -> RecognizedObjects:
+    """Return the recognised objects of a message.
+
+    Args:
+        message: RecognizedObjects.
+        shapes: revision and shape of each estimated thing, by id. Things without are left out.
+    """
+    known = shapes or {}
     return RecognizedObjects(
         stamp=stamp_of(message),
         objects=tuple(
-            RecognizedObject(
-                id=item.id,
-                model=item.model,
-                object_class=item.object_class,
-                T_table_object=pose_from_msg(item.pose),
-                confidence=item.confidence,
-                visible_fraction=item.visible_fraction,
-            )
+            _object_from_msg(item, *known.get(item.id, (0, None)))
             for item in message.objects
+            if item.model or item.id in known
         ),
         T_table_camera=pose_from_msg(message.camera_pose),
         complete=message.complete,
+    )
+
+
+def _object_from_msg(item: Any, revision: int, shape: ObjectModel | None) -> RecognizedObject:
+    estimated = shape if not item.model else None
+    return RecognizedObject(
+        id=item.id,
+        model=item.model if estimated is None else estimated.name,
+        object_class=item.object_class,
+        T_table_object=pose_from_msg(item.pose),
+        confidence=item.confidence,
+        visible_fraction=item.visible_fraction,
+        shape=estimated,
+        revision=0 if estimated is None else revision,
     )
 
 

@@ -1,8 +1,8 @@
-"""ROS node: RGB-D frames in, the known objects on the table out."""
+"""ROS node: RGB-D frames in, the objects on the table out, known or estimated."""
 
 from dataclasses import dataclass
 
-from intent_msgs.msg import RecognizedObjects
+from intent_msgs.msg import ObjectShapes, RecognizedObjects
 from tf2_msgs.msg import TFMessage
 
 from intent_perception.bags.frame_assembly import NANOSECONDS
@@ -23,6 +23,7 @@ from intent_perception.ros.node import (
     declared_database,
     run,
 )
+from intent_perception.ros.shape_messages import shapes_to_msg
 from intent_perception.scene.camera_calibration import read_calibration
 
 
@@ -53,6 +54,7 @@ class RecognizerNode(IntentNode):
             self._database, config, read_calibration(file) if file else None
         )
         self._publisher = self.create_publisher(RecognizedObjects, "intent/objects", LATEST)
+        self._shapes = self.create_publisher(ObjectShapes, "intent/shapes", LATEST)
         self._tf = self.create_publisher(TFMessage, "tf_static", LATCHED)
         self._rehearse()
         self._frames = FrameSubscription(self, self._on_frame, self._is_due)
@@ -92,6 +94,8 @@ class RecognizerNode(IntentNode):
             message = self._frames_around.message(objects.stamp, camera, pose)
             if message is not None:
                 self._tf.publish(message)
+        if any(item.shape is not None for item in objects.objects):
+            self._shapes.publish(shapes_to_msg(objects))  # first: who hears both need not wait
         self._publisher.publish(objects_to_msg(objects, self._database, camera))
 
 

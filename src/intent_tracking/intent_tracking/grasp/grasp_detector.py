@@ -111,7 +111,7 @@ class GraspDetector:
     def __init__(self, database: ObjectDatabase, config: GraspConfig | None = None) -> None:
         self._config = config or GraspConfig()
         self._database = database
-        self._geometries: dict[str, GraspedShape | None] = {}
+        self._geometries: dict[str, GraspedShape] = {}
         self._window: deque[_Glance] = deque()
         self.reset()
 
@@ -159,12 +159,10 @@ class GraspDetector:
 
     def _geometry(self, model: str) -> GraspedShape | None:
         """Return the geometry of a model of the database; None for an unknown one."""
-        if model not in self._geometries:
-            known = model in self._database
-            self._geometries[model] = GraspedShape(self._database[model]) if known else None
-            if (shape := self._geometries[model]) is not None:
-                shape.prepare()
-        return self._geometries[model]
+        if model not in self._geometries and model in self._database:
+            self._geometries[model] = GraspedShape(self._database[model])
+            self._geometries[model].prepare()
+        return self._geometries.get(model)
 
     def _look(self, state: SceneState) -> _Glance:
         """Return which object is grasped in a frame: the one that most fingers touch."""

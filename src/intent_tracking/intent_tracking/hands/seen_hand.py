@@ -46,8 +46,6 @@ class SeenHand:
 
     @property
     def mirrored(self) -> bool:
-        """Whether this look takes it for a hand of the other side: its key points are then those
-        of other fingers.
-        """
+        """Whether this look takes it for a hand of the other side: its key points are not its."""
         looked = self.right if self.looked is None else self.looked
         return abs(looked - self.right) > _MIRRORED

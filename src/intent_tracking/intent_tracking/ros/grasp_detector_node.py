@@ -12,6 +12,7 @@ from intent_perception.ros.node import (
     declared_database,
     run,
 )
+from intent_perception.ros.shaped_objects import learn_shapes
 from intent_tracking.grasp.grasp_detector import GraspConfig, GraspDetector
 from intent_tracking.grasp.rehearsal_states import rehearsal_states
 from intent_tracking.ros.convert import grasp_to_msg, state_from_msg
@@ -28,6 +29,7 @@ class GraspDetectorNode(IntentNode):
             self._detector.step(state)
         self._detector.reset()
         self._publisher = self.create_publisher(StableGrasp, "intent/stable_grasp", LATEST)
+        learn_shapes(self, "intent/shapes", database)
         self.listen(SceneState, "intent/scene_state", self._on_state, RESULTS)
 
     def reset(self) -> None:

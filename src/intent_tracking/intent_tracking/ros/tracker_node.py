@@ -5,7 +5,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from intent_msgs.msg import RecognizedObjects, SceneState
+from intent_msgs.msg import SceneState
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -14,7 +14,7 @@ from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.recognition import recognizer as recognized
 from intent_perception.recognition.detection import DetectorConfig
-from intent_perception.ros.convert import deletion, header_at, object_markers, objects_from_msg
+from intent_perception.ros.convert import deletion, header_at, object_markers
 from intent_perception.ros.node import (
     LATCHED,
     RESULTS,
@@ -26,6 +26,7 @@ from intent_perception.ros.node import (
     run,
     stand_back,
 )
+from intent_perception.ros.shaped_objects import listen_for_objects
 from intent_tracking.fit.hand_shape import save_shape
 from intent_tracking.ros.convert import hand_markers, joints_to_msg, scene_transforms, state_to_msg
 from intent_tracking.ros.tracker_rehearsal import rehearse
@@ -55,12 +56,11 @@ class TrackerNode(IntentNode):
     def __init__(self) -> None:
         super().__init__("tracker", ShareConfig(niceness=0, budget=30.0))
         self._database = declared_database(self)
-        self._models = {model.name: model for model in self._database}
         self._config, self._waits = (
             declared(self, TrackerConfig()),
             declared(self, StartConfig()).wait,
         )
-        self._tracker = Tracker(self._models, self._config)
+        self._tracker = Tracker(self._database, self._config)
         if self._tracker.trouble:
             self.get_logger().warning(self._tracker.trouble)
         self._states = self.create_publisher(SceneState, "intent/scene_state", RESULTS)
@@ -70,7 +70,9 @@ class TrackerNode(IntentNode):
         self._workshop = ThreadPoolExecutor(1, initializer=lambda: stand_back(_PREPARING))
         rehearse(self._tracker, self._database.example)
         self.reset()
-        self.listen(RecognizedObjects, "intent/objects", self._on_objects, LATCHED)
+        listen_for_objects(
+            self, "intent/objects", "intent/shapes", self._database, self._on_objects
+        )
         self._frames = FrameSubscription(self, self._on_frame)
 
     def reset(self) -> None:
@@ -78,13 +80,12 @@ class TrackerNode(IntentNode):
         self._tracker.forget_hand()
         self._started, self._shape_kept, self._alone = False, False, False
         self._answers: deque[tuple[recognized.RecognizedObjects, Future[None]]] = deque()
-        self._shown: tuple[str, ...] = ()
+        self._shown: tuple[tuple[str, ...], tuple[str, ...]] = (), ()
         self._held: RgbdFrame | None = None
         self._markers.publish(MarkerArray(markers=[deletion("hand"), deletion("objects")]))
 
-    def _on_objects(self, message: Any) -> None:
+    def _on_objects(self, objects: recognized.RecognizedObjects, _: Any) -> None:
         """Take an answer; the shapes of objects that are new are prepared beside the frames."""
-        objects = objects_from_msg(message)
         if self._waits and not objects.complete:
             return
         task = self._workshop.submit(self._tracker.prepare, objects)
@@ -140,10 +141,10 @@ class TrackerNode(IntentNode):
 
     def _show(self, state: Any) -> None:
         """Publish the objects' meshes when there are others, and the hand while somebody looks."""
-        if state.object_ids != self._shown:
-            self._shown = state.object_ids
+        if (state.object_ids, state.object_models) != self._shown:
+            self._shown = state.object_ids, state.object_models
             names = zip(state.object_ids, state.object_models, strict=True)
-            models = [(name, self._models[model]) for name, model in names]
+            models = [(name, self._database[model]) for name, model in names]
             self._markers.publish(object_markers(models))
         if self._markers.get_subscription_count():
             self._markers.publish(hand_markers(state))

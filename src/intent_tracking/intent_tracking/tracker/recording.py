@@ -1,7 +1,7 @@
 """A whole recording through recognition and tracking, without ROS."""
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,9 +12,14 @@ from intent_perception.bags.bag_topics import BagInput
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import RgbdFrame, depth_advice
 from intent_perception.geometry.transforms import inverse
-from intent_perception.objects.database import ObjectDatabase
-from intent_perception.objects.model import ObjectModel
-from intent_perception.recognition.recognizer import RecognizedObjects, Recognizer, table_alone
+from intent_perception.objects.database import ModelSource, ObjectDatabase
+from intent_perception.recognition.detection import DetectorConfig
+from intent_perception.recognition.recognizer import (
+    RecognizedObjects,
+    Recognizer,
+    RecognizerConfig,
+    table_alone,
+)
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.tracker.tracker import Tracker
 from intent_tracking.tracker.tracker_config import TrackerConfig
@@ -64,7 +69,7 @@ class Recording:
 def track_frames(
     frames: Iterable[RgbdFrame],
     objects: RecognizedObjects,
-    models: Mapping[str, ObjectModel],
+    models: ModelSource,
     config: TrackerConfig,
 ) -> Recording:
     """Return the recording of frames that begin with recognised objects."""
@@ -116,8 +121,10 @@ def track_bag(
         bag, on_bad_frame=lambda text: warn(f"{_BAD}{text}"), given=given
     )
     first = next(frames)
+    config_of_objects = RecognizerConfig(DetectorConfig(estimate=not chosen))
     database = database.select(chosen) if chosen else database
-    found = table_alone(first) if chosen is None else Recognizer(database).step(first)
+    recognizer = Recognizer(database, config_of_objects)
+    found = table_alone(first) if chosen is None else recognizer.step(first)
     assert found is not None  # the first frame always gives an answer
     if not found.table_seen:
         warn(
@@ -129,7 +136,7 @@ def track_bag(
             "no object of the database is seen in the first frame: the hand is followed alone; "
             "give its model by --models, or start the recording with the objects at rest"
         )
-    tracker = Tracker({model.name: model for model in database}, config)
+    tracker = Tracker(database, config)
     if tracker.trouble:
         warn(tracker.trouble)
     tracker.start(found)

@@ -1,6 +1,6 @@
 """The tracker (Sec. III-B): a hand and N known objects, 26 + 6 N values from every RGB-D frame."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import inverse
+from intent_perception.objects.database import ModelSource
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.fit.hand_shape import HandShapeEstimate
@@ -57,9 +58,7 @@ _WORTH_A_TRIAL = 0.25
 class Tracker:
     """Follows a hand and the recognised objects; starts and restarts by itself."""
 
-    def __init__(
-        self, models: Mapping[str, ObjectModel], config: TrackerConfig | None = None
-    ) -> None:
+    def __init__(self, models: ModelSource, config: TrackerConfig | None = None) -> None:
         self.config = config or TrackerConfig()
         self._track_config = replace(self.config.track, swarm_only=self.config.method == "pso")
         self._models = models

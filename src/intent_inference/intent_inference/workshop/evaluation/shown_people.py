@@ -19,8 +19,8 @@ from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.labels import TASKS, label_grasp
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
+from intent_perception.objects.families.designed_object import DesignedObject, finish, parts_of
 from intent_perception.objects.model import Functions, ObjectModel, Part
-from intent_perception.workshop.things.designed_object import DesignedObject, finish
 from intent_perception.workshop.things.object_catalogue import MAKERS
 from intent_tracking.workshop.person.acting.person_grasp import Grasp, Taker
 from intent_tracking.workshop.person.acting.reaching import Reach, plan_reaches
@@ -177,7 +177,7 @@ def stretched(model_class: str, index: int, rng: np.random.Generator, name: str)
         replace(
             draft,
             mesh=scaled(draft.mesh),
-            parts=tuple(Part(part.name, scaled(part.mesh)) for part in draft.parts),
+            parts=tuple(Part(part.name, scaled(part.mesh)) for part in parts_of(draft)),
             functions=_stretched_functions(draft, factor),
         ),
         name,

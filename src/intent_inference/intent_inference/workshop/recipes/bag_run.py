@@ -47,13 +47,16 @@ def run_frames(frames: Iterable[RgbdFrame], database: ObjectDatabase, models: st
     """
     run = BagRun()
     recognizer, detector = Recognizer(database), GraspDetector(database)
-    tracker = Tracker({model.name: model for model in database})
+    tracker = Tracker(database)
     estimator = IntentionEstimator(InferenceConfig(models=models))
     waiting: RecognizedObjects | None = None
     for index, frame in enumerate(frames):
         objects = recognizer.step(frame)
         if objects is not None:
             run.recognized.append((index, objects))
+            for item in objects.objects:
+                if item.shape is not None:
+                    estimator.database.learn(item.shape)
         if index == 0 and objects is not None:  # the first frame always gives an answer
             tracker.start(objects)
         elif waiting is not None:

@@ -7,10 +7,8 @@ import numpy as np
 import yaml
 
 from intent_perception.basics.safe_files import write_text
-from intent_perception.objects.loading import write_parts
-from intent_perception.objects.model import Functions, ObjectModel, Opening
-from intent_perception.workshop.things.designed_object import AXIS, NOTHING, DesignedObject, finish
-from intent_perception.workshop.things.solids import (
+from intent_perception.objects.families.designed_object import AXIS, NOTHING, DesignedObject, finish
+from intent_perception.objects.families.solids import (
     loft,
     loft_parts,
     rings_of,
@@ -20,6 +18,8 @@ from intent_perception.workshop.things.solids import (
     union,
     vessel,
 )
+from intent_perception.objects.loading import write_parts
+from intent_perception.objects.model import Functions, ObjectModel, Opening
 
 
 def own_models() -> tuple[ObjectModel, ...]:

@@ -32,6 +32,7 @@ from intent_perception.workshop.figures.benchmark_plan import (
     pose_difference,
     scenes,
 )
+from intent_perception.workshop.figures.benchmark_unseen import real_tabletop, unseen_instances
 from intent_perception.workshop.figures.machine import machine
 from intent_perception.workshop.figures.real_scenes import (
     COUNTED,
@@ -175,6 +176,8 @@ PARTS: dict[str, Callable[[Plan], Any]] = {
     "parametric_48": lambda plan: parametric(plan, 8),
     "uwa_rs1": uwa_rs1,
     "ycb_frames": ycb_frames,
+    "real_tabletop": real_tabletop,
+    "unseen_instances": unseen_instances,
     "tables": lambda plan: tables(plan, max(5, VIEWS * plan.scans // 20)),
     "worst_frame_cpu_s": lambda plan: worst_frame(plan, max(2, plan.scans)),
     "peers": lambda plan: {

@@ -45,6 +45,8 @@ class TabletopScene:
     """What is there."""
     T_table_camera: Array
     """(4, 4) camera -> table."""
+    owner: NDArray[np.int16]
+    """(H, W) index of the object that is seen; -1 = none."""
 
 
 def tabletop_scene(
@@ -52,6 +54,8 @@ def tabletop_scene(
     rng: np.random.Generator,
     noise: KinectNoise | None = None,
     standing: float = 0.6,
+    gaps: tuple[float, float] | None = None,
+    distances: tuple[float, float] = (0.65, 1.05),
 ) -> TabletopScene:
     """Return a scene in which the models stand and lie close together on a table.
 
@@ -62,9 +66,11 @@ def tabletop_scene(
         rng: draws poses, camera, colours and noise.
         noise: of the camera; None = its defaults.
         standing: probability that an object is in its first (natural) resting pose.
+        gaps: least and largest distance between neighbours [m]; None = most of them touch.
+        distances: of the camera, least and largest [m].
     """
-    poses = placed_together(models, rng, standing)
-    distance, down = rng.uniform(0.65, 1.05), np.radians(rng.uniform(20.0, 50.0))
+    poses = placed_together(models, rng, standing, gaps)
+    distance, down = rng.uniform(*distances), np.radians(rng.uniform(20.0, 50.0))
     turn = rng.uniform(0.0, 2.0 * np.pi)
     ground = np.array([np.cos(turn), np.sin(turn)]) * np.cos(down)
     eye = distance * np.array([*ground, np.sin(down)])
@@ -86,11 +92,15 @@ def tabletop_scene(
         objects.append(PlacedObject(model, placed[k + 1], pixels, pixels / max(whole, 1)))
     assert full.color is not None
     depth, color = observe(full.depth, full.color, rng, noise or KinectNoise())
-    return TabletopScene(RgbdFrame(0, color, depth, KINECT), tuple(objects), T_table_camera)
+    owner = np.maximum(full.label - 1, -1).astype(np.int16)
+    return TabletopScene(RgbdFrame(0, color, depth, KINECT), tuple(objects), T_table_camera, owner)
 
 
 def placed_together(
-    models: Sequence[ObjectModel], rng: np.random.Generator, standing: float
+    models: Sequence[ObjectModel],
+    rng: np.random.Generator,
+    standing: float,
+    gaps: tuple[float, float] | None = None,
 ) -> list[Array]:
     """Return T_table_object of each model; each but the first is pushed towards the middle."""
     poses: list[Array] = []
@@ -112,7 +122,10 @@ def placed_together(
         direction = np.array([np.cos(angle), np.sin(angle)])
         reach = 0.0
         if poses:
-            gap = _GAP if rng.random() < 0.6 else rng.uniform(0.005, 0.06)
+            if gaps is None:
+                gap = _GAP if rng.random() < 0.6 else rng.uniform(0.005, 0.06)
+            else:
+                gap = rng.uniform(*gaps)
             # pushed in from far away until it touches
             reach = 0.6
             while reach > 0.0 and not any(

@@ -5,9 +5,8 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
-from intent_perception.objects.model import Functions, Part, Symmetry
-from intent_perception.workshop.things.designed_object import AXIS, NOTHING, Color, DesignedObject
-from intent_perception.workshop.things.solids import (
+from intent_perception.objects.families.designed_object import AXIS, NOTHING, Color, DesignedObject
+from intent_perception.objects.families.solids import (
     loft,
     loft_parts,
     rings_of,
@@ -16,6 +15,7 @@ from intent_perception.workshop.things.solids import (
     union,
     vessel,
 )
+from intent_perception.objects.model import Functions, Part, Symmetry
 
 _FLIPPED = Symmetry(
     AXIS.axis, (make_pose(rotation_from_vector([np.pi, 0.0, 0.0]), [0.0, 0.0, 0.0]),)

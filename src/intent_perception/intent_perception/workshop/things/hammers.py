@@ -6,27 +6,16 @@ Each maker is one real kind of hammer; sizes are those of common products [m].
 import numpy as np
 
 from intent_perception.basics.arrays import Array
-from intent_perception.objects.model import Face, Functions, Part, Symmetry
-from intent_perception.workshop.things.designed_object import (
-    NOTHING,
-    Color,
+from intent_perception.objects.families.designed_object import (
     DesignedObject,
     turns_about_z,
 )
-from intent_perception.workshop.things.solids import (
+from intent_perception.objects.families.solids import (
     Piece,
-    along_x,
     grip_rows,
-    rod,
     row,
-    union,
 )
-
-
-def _head(sections: list[Array], z: float, times: int = 2) -> Piece:
-    """Return a piece of a head along x at a height z; rows: (x, half height, half width)."""
-    mesh, parts = rod("head", sections, times)
-    return along_x(mesh, z), [Part(part.name, along_x(part.mesh, z)) for part in parts]
+from intent_perception.objects.families.tool_drafts import hammer_draft, hammer_head
 
 
 def _claw(z: float, reach: float, drop: float, half: float, start: float = -0.010) -> list[Piece]:
@@ -41,35 +30,8 @@ def _claw(z: float, reach: float, drop: float, half: float, start: float = -0.01
             row(start - reach * s, half * (1 - 0.75 * s), w, 3.0, drop * s**2.0, b)
             for s, w, b in zip(share, width, y, strict=True)
         ][::-1]
-        prongs.append(_head(rows, z, 0))
+        prongs.append(hammer_head(rows, z, 0))
     return prongs
-
-
-def _hammer(
-    grip: list[Array],
-    head: list[Piece],
-    face: tuple[float, float],
-    mass: float,
-    color: Color,
-    symmetry: Symmetry = NOTHING,
-    power: int = 2,
-) -> DesignedObject:
-    """Return a hammer whose face is at x, z = face."""
-    pieces = [rod("handle", grip, power), *head]
-    return DesignedObject(
-        mesh=union([mesh for mesh, _ in pieces]),
-        parts=tuple(part for _, parts in pieces for part in parts),
-        functions=Functions(
-            face=Face(np.array([face[0], 0.0, face[1]]), np.array([1.0, 0.0, 0.0])),
-            handle=("handle",),
-            functional=("head",),
-        ),
-        symmetry=symmetry,
-        mass=mass,
-        friction=0.6,
-        color=color,
-        upright=False,
-    )
 
 
 def _poll(reach: float, radius: float, neck: float, eye: float) -> list[Array]:
@@ -98,8 +60,8 @@ def claw_hammer() -> DesignedObject:
         ]
     )
     z = 0.300
-    head = [_head(_poll(0.062, 0.0140, 0.0105, 0.0145), z, 1), *_claw(z, 0.062, 0.034, 0.012)]
-    return _hammer(grip, head, (0.062, z), 0.62, (0.72, 0.52, 0.30))
+    head = [hammer_head(_poll(0.062, 0.0140, 0.0105, 0.0145), z, 1), *_claw(z, 0.062, 0.034, 0.012)]
+    return hammer_draft(grip, head, (0.062, z), 0.62, (0.72, 0.52, 0.30))
 
 
 def framing_hammer() -> DesignedObject:
@@ -115,8 +77,8 @@ def framing_hammer() -> DesignedObject:
         ]
     )
     z = 0.345
-    head = [_head(_poll(0.070, 0.0155, 0.0120, 0.0155), z, 1), *_claw(z, 0.078, 0.012, 0.012)]
-    return _hammer(grip, head, (0.070, z), 0.86, (0.90, 0.45, 0.08))
+    head = [hammer_head(_poll(0.070, 0.0155, 0.0120, 0.0155), z, 1), *_claw(z, 0.078, 0.012, 0.012)]
+    return hammer_draft(grip, head, (0.070, z), 0.86, (0.90, 0.45, 0.08))
 
 
 def ball_peen_hammer() -> DesignedObject:
@@ -146,7 +108,7 @@ def ball_peen_hammer() -> DesignedObject:
         row(0.052, 0.0160),
         row(0.054, 0.0145),
     ]
-    return _hammer(grip, [_head(rows, z, 1)], (0.054, z), 0.55, (0.60, 0.30, 0.15))
+    return hammer_draft(grip, [hammer_head(rows, z, 1)], (0.054, z), 0.55, (0.60, 0.30, 0.15))
 
 
 def cross_peen_hammer() -> DesignedObject:
@@ -168,7 +130,7 @@ def cross_peen_hammer() -> DesignedObject:
         row(0.040, 0.0125, 0.0125, 4.5),
         row(0.042, 0.0110, 0.0110, 4.5),
     ]
-    return _hammer(grip, [_head(rows, z, 1)], (0.042, z), 0.42, (0.35, 0.38, 0.42))
+    return hammer_draft(grip, [hammer_head(rows, z, 1)], (0.042, z), 0.42, (0.35, 0.38, 0.42))
 
 
 def rubber_mallet() -> DesignedObject:
@@ -191,7 +153,9 @@ def rubber_mallet() -> DesignedObject:
         row(0.046, 0.0300),
         row(0.050, 0.0270),
     ]
-    return _hammer(grip, [_head(rows, z)], (0.050, z), 0.58, (0.18, 0.18, 0.20), turns_about_z(2))
+    return hammer_draft(
+        grip, [hammer_head(rows, z)], (0.050, z), 0.58, (0.18, 0.18, 0.20), turns_about_z(2)
+    )
 
 
 def club_hammer() -> DesignedObject:
@@ -212,8 +176,8 @@ def club_hammer() -> DesignedObject:
         row(0.046, 0.0205, 0.0205, 5.0),
         row(0.050, 0.0175, 0.0175, 5.0),
     ]
-    return _hammer(
-        grip, [_head(rows, z, 1)], (0.050, z), 1.25, (0.80, 0.65, 0.15), turns_about_z(2)
+    return hammer_draft(
+        grip, [hammer_head(rows, z, 1)], (0.050, z), 1.25, (0.80, 0.65, 0.15), turns_about_z(2)
     )
 
 
@@ -236,8 +200,8 @@ def wooden_mallet() -> DesignedObject:
         row(0.059, 0.0415, 0.0285, 7.0),
         row(0.062, 0.0390, 0.0260, 7.0),
     ]
-    return _hammer(
-        grip, [_head(rows, z, 1)], (0.062, z), 0.72, (0.86, 0.70, 0.48), turns_about_z(2)
+    return hammer_draft(
+        grip, [hammer_head(rows, z, 1)], (0.062, z), 0.72, (0.86, 0.70, 0.48), turns_about_z(2)
     )
 
 
@@ -262,8 +226,8 @@ def tack_hammer() -> DesignedObject:
         row(0.052, 0.0085, 0.0085),
         row(0.060, 0.0085, 0.0085),
     ]
-    head = [_head(rows, z, 1), *_claw(z, 0.040, 0.018, 0.0070, -0.022)]
-    return _hammer(grip, head, (0.060, z), 0.26, (0.55, 0.15, 0.25))
+    head = [hammer_head(rows, z, 1), *_claw(z, 0.040, 0.018, 0.0070, -0.022)]
+    return hammer_draft(grip, head, (0.060, z), 0.26, (0.55, 0.15, 0.25))
 
 
 HAMMERS = (

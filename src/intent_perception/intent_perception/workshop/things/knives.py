@@ -3,98 +3,14 @@
 Each maker is one real kind of knife; sizes are those of common products [m].
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
 from intent_perception.basics.arrays import Array
-from intent_perception.objects.model import Edge, Functions
-from intent_perception.workshop.things.designed_object import NOTHING, Color, DesignedObject
-from intent_perception.workshop.things.solids import (
-    Piece,
+from intent_perception.objects.families.designed_object import DesignedObject
+from intent_perception.objects.families.solids import (
     grip_rows,
-    loft,
-    loft_parts,
-    rod,
-    row,
-    union,
 )
-
-Outline = Callable[[Array], Array]
-
-
-def _blade(spine: Array, edge: Array, heights: Array, thickness: float) -> Piece:
-    """Return a wedge-shaped blade between the outlines of spine and edge, (K,) x each."""
-    flat = edge + 0.45 * (spine - edge)
-    full = 0.5 * thickness * np.clip((spine - edge) / 0.012, 0.35, 1.0)
-    fine = np.full_like(full, 0.0002)
-    xs = np.stack([spine, flat, edge, edge, flat, spine], axis=1)
-    ys = np.stack([full, 0.9 * full, fine, -fine, -0.9 * full, -full], axis=1)
-    rings = np.stack([xs, ys, np.repeat(heights[:, None], 6, axis=1)], axis=2)
-    return loft(rings), loft_parts("blade", rings, 0.04)
-
-
-def _knife(
-    grip: list[Array],
-    start: float,
-    length: float,
-    spine: Outline,
-    edge: Outline,
-    thickness: float,
-    bolster: tuple[float, float, float] | None,
-    mass: float,
-    color: Color,
-) -> DesignedObject:
-    """Return a knife.
-
-    Args:
-        grip: cross-sections of the handle.
-        start: height at which the blade leaves the handle [m].
-        length: length of the blade [m].
-        spine: x of the spine for shares 0..1 of the length [m].
-        edge: x of the edge for the same shares [m].
-        thickness: thickness of the spine [m].
-        bolster: half height, half thickness, length of the metal collar [m], or none.
-        mass: mass [kg].
-        color: RGB.
-    """
-    share = np.linspace(0.0, 1.0, 33) ** 0.9
-    heights = start + length * share
-    # The tang: the blade's root reaches into the handle.
-    inner = np.concatenate([[start - 0.012], heights])
-    spine_x, edge_x = spine(share), edge(share)
-    root = min(0.6 * float(grip[-1][3]), 0.008)
-    center = float(grip[-1][1])
-    tang_spine = np.concatenate([[min(float(spine_x[0]), center + root)], spine_x])
-    tang_edge = np.concatenate([[max(float(edge_x[0]), center - root)], edge_x])
-    pieces = [rod("handle", grip), _blade(tang_spine, tang_edge, inner, thickness)]
-    if bolster is not None:
-        half, side, long = bolster
-        low = start - long * 0.6
-        rows = [
-            row(low, half, side, 3.0, center),
-            row(low + long, 0.92 * half, 0.6 * side, 3.0, center),
-        ]
-        pieces.append(rod("bolster", rows, 0))
-    return DesignedObject(
-        mesh=union([mesh for mesh, _ in pieces]),
-        parts=tuple(part for _, parts in pieces for part in parts),
-        functions=Functions(
-            edge=Edge(
-                np.array([edge_x[0], 0.0, heights[0]]),
-                np.array([edge_x[-1], 0.0, heights[-1]]),
-                np.array([-1.0, 0.0, 0.0]),
-            ),
-            tip=np.array([0.5 * (spine_x[-1] + edge_x[-1]), 0.0, heights[-1]]),
-            handle=("handle",),
-            functional=("blade",),
-        ),
-        symmetry=NOTHING,
-        mass=mass,
-        friction=0.6,
-        color=color,
-        upright=False,
-    )
+from intent_perception.objects.families.tool_drafts import Outline, knife_draft
 
 
 def _line(*points: tuple[float, float]) -> Outline:
@@ -125,7 +41,7 @@ def chef_knife() -> DesignedObject:
             (0.120, 0.0135, 0.0095),
         ]
     )
-    return _knife(
+    return knife_draft(
         grip,
         0.124,
         0.200,
@@ -148,7 +64,7 @@ def paring_knife() -> DesignedObject:
             (0.098, 0.0110, 0.0075),
         ]
     )
-    return _knife(
+    return knife_draft(
         grip,
         0.100,
         0.085,
@@ -178,7 +94,7 @@ def bread_knife() -> DesignedObject:
         rising: Array = wave + 0.012 * np.clip((share - 0.93) / 0.07, 0, 1) ** 1.5
         return rising
 
-    return _knife(
+    return knife_draft(
         grip,
         0.126,
         0.205,
@@ -207,7 +123,7 @@ def santoku() -> DesignedObject:
         drop: Array = 0.016 - 0.036 * np.clip((share - 0.70) / 0.30, 0.0, 1.0) ** 2.2
         return drop
 
-    return _knife(
+    return knife_draft(
         grip,
         0.122,
         0.165,
@@ -230,7 +146,7 @@ def cleaver() -> DesignedObject:
             (0.108, 0.0150, 0.0110),
         ]
     )
-    return _knife(
+    return knife_draft(
         grip,
         0.112,
         0.172,
@@ -267,7 +183,7 @@ def table_knife() -> DesignedObject:
         )
         return rounded_end
 
-    return _knife(grip, 0.108, 0.112, spine, edge, 0.0022, None, 0.075, (0.70, 0.72, 0.75))
+    return knife_draft(grip, 0.108, 0.112, spine, edge, 0.0022, None, 0.075, (0.70, 0.72, 0.75))
 
 
 def steak_knife() -> DesignedObject:
@@ -287,7 +203,7 @@ def steak_knife() -> DesignedObject:
         upswept: Array = 0.009 - 0.005 * np.sin(share * np.pi * 0.8) + 0.004 * share**3
         return upswept
 
-    return _knife(
+    return knife_draft(
         grip,
         0.110,
         0.118,
@@ -311,7 +227,7 @@ def carving_knife() -> DesignedObject:
             (0.126, 0.0125, 0.0090, 0.000),
         ]
     )
-    return _knife(
+    return knife_draft(
         grip,
         0.130,
         0.225,

@@ -15,10 +15,10 @@ from intent_perception.basics.late_module import need
 from intent_perception.basics.safe_files import write_text
 from intent_perception.geometry.transforms import vector_from_pose
 from intent_perception.objects.database import CLUTTER, SHIPPED
+from intent_perception.objects.families.designed_object import finish
 from intent_perception.objects.loading import write_parts
 from intent_perception.objects.model import Functions, ObjectModel
 from intent_perception.workshop.things.clutter import CLUTTER_MAKERS
-from intent_perception.workshop.things.designed_object import finish
 from intent_perception.workshop.things.hammers import HAMMERS
 from intent_perception.workshop.things.knives import KNIVES
 from intent_perception.workshop.things.screwdrivers import SCREWDRIVERS

@@ -3,86 +3,18 @@
 Each maker is one real kind of screwdriver; sizes are those of common products [m].
 """
 
-import numpy as np
-
 from intent_perception.basics.arrays import Array
-from intent_perception.objects.model import Functions, Part, Symmetry
-from intent_perception.workshop.things.designed_object import (
-    AXIS,
-    Color,
+from intent_perception.objects.families.designed_object import (
     DesignedObject,
     turns_about_z,
 )
-from intent_perception.workshop.things.solids import (
-    Piece,
+from intent_perception.objects.families.solids import (
     along_x,
     rod,
     row,
-    union,
 )
-
-
-def _screwdriver(
-    grip: list[Array],
-    start: float,
-    length: float,
-    radius: float,
-    tip: str,
-    mass: float,
-    color: Color,
-    symmetry: Symmetry = AXIS,
-    square: bool = False,
-    times: int = 2,
-    extra: list[Piece] | None = None,
-    lobes: int = 6,
-) -> DesignedObject:
-    """Return a screwdriver whose shaft leaves the handle at a height.
-
-    Args:
-        grip: cross-sections of the handle.
-        start: height at which the shaft leaves the handle [m].
-        length: length of shaft and tip [m].
-        radius: radius of the shaft [m].
-        tip: "flat" or "cross".
-        mass: mass [kg].
-        color: RGB.
-        symmetry: seen from the handle; the tip is too small to be seen.
-        square: whether the shaft is square.
-        times: roundings of the handle.
-        extra: more pieces of the handle.
-        lobes: grooves around the handle.
-    """
-    end = start + length
-    point = max(0.012, 3.0 * radius)
-    power = 5.0 if square else 2.0
-    shaft = [row(start - 0.015, radius, radius, power), row(end - point, radius, radius, power)]
-    if tip == "flat":
-        work = [
-            row(end - point - 0.001, radius, radius, power),
-            row(end - 0.5 * point, 1.15 * radius, 0.45 * radius, 3.0),
-            row(end, 1.15 * radius, 0.0005, 5.0),
-        ]
-    else:
-        work = [
-            row(end - point - 0.001, radius, radius, power),
-            row(end - 0.7 * point, 0.95 * radius, flute=0.25 * radius),
-            row(end - 0.15 * point, 0.55 * radius, flute=0.2 * radius),
-            row(end, 0.25 * radius, flute=0.05 * radius),
-        ]
-    pieces = [rod("handle", grip, times, lobes), *(extra or [])]
-    pieces += [rod("shaft", shaft, 0), rod("tip", work, 0, 4)]
-    return DesignedObject(
-        mesh=union([mesh for mesh, _ in pieces]),
-        parts=tuple(part for _, parts in pieces for part in parts),
-        functions=Functions(
-            tip=np.array([0.0, 0.0, end]), handle=("handle",), functional=("shaft", "tip")
-        ),
-        symmetry=symmetry,
-        mass=mass,
-        friction=0.6,
-        color=color,
-        upright=False,
-    )
+from intent_perception.objects.families.tool_drafts import screwdriver_draft
+from intent_perception.objects.model import Part
 
 
 def _turned(sizes: list[tuple[float, float, float]], power: float = 2.0) -> list[Array]:
@@ -104,7 +36,7 @@ def slotted_screwdriver() -> DesignedObject:
             (0.100, 0.0100, 0.0),
         ]
     )
-    return _screwdriver(grip, 0.100, 0.100, 0.0030, "flat", 0.09, (0.90, 0.80, 0.10))
+    return screwdriver_draft(grip, 0.100, 0.100, 0.0030, "flat", 0.09, (0.90, 0.80, 0.10))
 
 
 def cross_screwdriver() -> DesignedObject:
@@ -120,7 +52,7 @@ def cross_screwdriver() -> DesignedObject:
             (0.108, 0.0085, 0.0),
         ]
     )
-    return _screwdriver(grip, 0.108, 0.125, 0.0035, "cross", 0.12, (0.80, 0.10, 0.12), lobes=3)
+    return screwdriver_draft(grip, 0.108, 0.125, 0.0035, "cross", 0.12, (0.80, 0.10, 0.12), lobes=3)
 
 
 def long_screwdriver() -> DesignedObject:
@@ -136,7 +68,7 @@ def long_screwdriver() -> DesignedObject:
             (0.118, 0.0110, 0.0),
         ]
     )
-    return _screwdriver(grip, 0.118, 0.200, 0.0040, "flat", 0.19, (0.10, 0.35, 0.75), lobes=8)
+    return screwdriver_draft(grip, 0.118, 0.200, 0.0040, "flat", 0.19, (0.10, 0.35, 0.75), lobes=8)
 
 
 def stubby_screwdriver() -> DesignedObject:
@@ -151,7 +83,7 @@ def stubby_screwdriver() -> DesignedObject:
             (0.058, 0.0110, 0.0),
         ]
     )
-    return _screwdriver(grip, 0.058, 0.040, 0.0032, "cross", 0.07, (0.95, 0.50, 0.10))
+    return screwdriver_draft(grip, 0.058, 0.040, 0.0032, "cross", 0.07, (0.95, 0.50, 0.10))
 
 
 def precision_screwdriver() -> DesignedObject:
@@ -167,7 +99,7 @@ def precision_screwdriver() -> DesignedObject:
             (0.086, 0.0040, 0.0),
         ]
     )
-    return _screwdriver(grip, 0.086, 0.060, 0.0018, "flat", 0.035, (0.62, 0.65, 0.70))
+    return screwdriver_draft(grip, 0.086, 0.060, 0.0018, "flat", 0.035, (0.62, 0.65, 0.70))
 
 
 def t_handle_screwdriver() -> DesignedObject:
@@ -184,7 +116,7 @@ def t_handle_screwdriver() -> DesignedObject:
     )
     across = (along_x(bar, 0.012), [Part(p.name, along_x(p.mesh, 0.012)) for p in parts])
     grip = _turned([(0.006, 0.0095, 0.0), (0.020, 0.0095, 0.0), (0.040, 0.0065, 0.0)])
-    return _screwdriver(
+    return screwdriver_draft(
         grip,
         0.040,
         0.120,
@@ -213,7 +145,7 @@ def ratchet_screwdriver() -> DesignedObject:
             (0.112, 0.0075, 0.0),
         ]
     )
-    return _screwdriver(grip, 0.112, 0.085, 0.0045, "cross", 0.21, (0.45, 0.20, 0.60))
+    return screwdriver_draft(grip, 0.112, 0.085, 0.0045, "cross", 0.21, (0.45, 0.20, 0.60))
 
 
 def heavy_screwdriver() -> DesignedObject:
@@ -229,7 +161,7 @@ def heavy_screwdriver() -> DesignedObject:
         row(0.122, 0.0120, 0.0120),
         row(0.124, 0.0095, 0.0095),
     ]
-    return _screwdriver(
+    return screwdriver_draft(
         grip, 0.124, 0.155, 0.0042, "flat", 0.24, (0.65, 0.40, 0.18), turns_about_z(2), square=True
     )
 

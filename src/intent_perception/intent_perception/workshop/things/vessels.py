@@ -3,65 +3,14 @@
 Each maker is one real kind of thing with its own outline; sizes are those of common products [m].
 """
 
-import numpy as np
-
-from intent_perception.basics.arrays import Array
-from intent_perception.objects.model import Functions, Opening, Part, Symmetry
-from intent_perception.workshop.things.designed_object import (
-    AXIS,
-    NOTHING,
-    Color,
+from intent_perception.objects.families.designed_object import (
     DesignedObject,
     turns_about_z,
 )
-from intent_perception.workshop.things.solids import (
-    loft,
-    loft_parts,
-    rings_of,
-    rounded,
+from intent_perception.objects.families.solids import (
     row,
-    sweep,
-    union,
-    vessel,
 )
-
-_UP = np.array([0.0, 0.0, 1.0])
-
-
-def _opening(height: float, radius: float) -> Opening:
-    return Opening(np.array([0.0, 0.0, height]), _UP, radius)
-
-
-def _bottle(
-    rows: list[Array],
-    neck_from: float,
-    shoulder_from: float,
-    mass: float,
-    color: Color,
-    symmetry: Symmetry = AXIS,
-) -> DesignedObject:
-    """Return a closed bottle; parts above a height are shoulder and neck."""
-    sections = rounded(rows)
-    rings = rings_of(sections)
-    coarse = rings_of(sections, 24)
-    cuts = [0, *np.searchsorted(sections[:, 0], [shoulder_from, neck_from]), len(rings) - 1]
-    parts: list[Part] = []
-    for name, low, high in zip(("body", "shoulder", "neck"), cuts[:-1], cuts[1:], strict=True):
-        parts += loft_parts(name, coarse[int(low) : int(high) + 1])
-    top = sections[-1]
-    return DesignedObject(
-        mesh=loft(rings),
-        parts=tuple(parts),
-        functions=Functions(
-            opening=_opening(float(top[0]), float(top[3]) - 0.002),
-            functional=("neck",),
-        ),
-        symmetry=symmetry,
-        mass=mass,
-        friction=0.6,
-        color=color,
-        upright=True,
-    )
+from intent_perception.objects.families.vessel_drafts import bottle_draft, glass_draft, mug_draft
 
 
 def water_bottle() -> DesignedObject:
@@ -73,7 +22,7 @@ def water_bottle() -> DesignedObject:
         (0.140, r), (0.166, 0.024), (0.182, 0.0135), (0.188, 0.0135), (0.189, 0.0150),
         (0.206, 0.0150), (0.207, 0.0135),
     ]  # fmt: skip
-    return _bottle([row(z, x) for z, x in profile], 0.186, 0.140, 0.40, (0.25, 0.55, 0.85))
+    return bottle_draft([row(z, x) for z, x in profile], 0.186, 0.140, 0.40, (0.25, 0.55, 0.85))
 
 
 def wine_bottle() -> DesignedObject:
@@ -82,7 +31,7 @@ def wine_bottle() -> DesignedObject:
         (0.0, 0.033), (0.004, 0.0375), (0.190, 0.0375), (0.206, 0.0365), (0.222, 0.021),
         (0.235, 0.0145), (0.280, 0.0140), (0.283, 0.0155), (0.297, 0.0155), (0.300, 0.0145),
     ]  # fmt: skip
-    return _bottle([row(z, x) for z, x in profile], 0.236, 0.196, 0.85, (0.12, 0.30, 0.14))
+    return bottle_draft([row(z, x) for z, x in profile], 0.236, 0.196, 0.85, (0.12, 0.30, 0.14))
 
 
 def beer_bottle() -> DesignedObject:
@@ -91,7 +40,7 @@ def beer_bottle() -> DesignedObject:
         (0.0, 0.027), (0.003, 0.0305), (0.118, 0.0305), (0.135, 0.0285), (0.165, 0.0175),
         (0.205, 0.0135), (0.216, 0.0132), (0.218, 0.0145), (0.228, 0.0145), (0.230, 0.0130),
     ]  # fmt: skip
-    return _bottle([row(z, x) for z, x in profile], 0.168, 0.120, 0.48, (0.42, 0.24, 0.10))
+    return bottle_draft([row(z, x) for z, x in profile], 0.168, 0.120, 0.48, (0.42, 0.24, 0.10))
 
 
 def sauce_bottle() -> DesignedObject:
@@ -102,7 +51,7 @@ def sauce_bottle() -> DesignedObject:
         (0.153, 0.021, 0.021), (0.178, 0.0185, 0.0185), (0.180, 0.0165, 0.0165),
     ]  # fmt: skip
     rows = [row(z, x, y, 2.3 if z < 0.15 else 2.0) for z, x, y in profile]
-    return _bottle(rows, 0.152, 0.112, 0.42, (0.80, 0.12, 0.10), turns_about_z(2))
+    return bottle_draft(rows, 0.152, 0.112, 0.42, (0.80, 0.12, 0.10), turns_about_z(2))
 
 
 def milk_bottle() -> DesignedObject:
@@ -113,7 +62,7 @@ def milk_bottle() -> DesignedObject:
         (0.220, 0.0205, 2.0), (0.221, 0.019, 2.0),
     ]  # fmt: skip
     rows = [row(z, x, x, p) for z, x, p in profile]
-    return _bottle(rows, 0.201, 0.140, 0.55, (0.92, 0.88, 0.76), turns_about_z(4))
+    return bottle_draft(rows, 0.201, 0.140, 0.55, (0.92, 0.88, 0.76), turns_about_z(4))
 
 
 def soap_bottle() -> DesignedObject:
@@ -125,7 +74,7 @@ def soap_bottle() -> DesignedObject:
         (0.216, 0.007, 0.007), (0.234, 0.005, 0.005),
     ]  # fmt: skip
     rows = [row(z, x, y, 2.4 if z < 0.18 else 2.0) for z, x, y in profile]
-    return _bottle(rows, 0.194, 0.165, 0.50, (0.20, 0.75, 0.35), turns_about_z(2))
+    return bottle_draft(rows, 0.194, 0.165, 0.50, (0.20, 0.75, 0.35), turns_about_z(2))
 
 
 def cola_bottle() -> DesignedObject:
@@ -135,7 +84,7 @@ def cola_bottle() -> DesignedObject:
         (0.128, 0.0310), (0.160, 0.0230), (0.196, 0.0135), (0.222, 0.0125), (0.224, 0.0140),
         (0.234, 0.0140), (0.236, 0.0130),
     ]  # fmt: skip
-    return _bottle([row(z, x) for z, x in profile], 0.190, 0.132, 0.44, (0.35, 0.10, 0.12))
+    return bottle_draft([row(z, x) for z, x in profile], 0.190, 0.132, 0.44, (0.35, 0.10, 0.12))
 
 
 def medicine_bottle() -> DesignedObject:
@@ -145,49 +94,31 @@ def medicine_bottle() -> DesignedObject:
         (0.0, 0.031), (0.003, r), (0.078, r), (0.092, 0.029), (0.098, 0.0215), (0.101, 0.0215),
         (0.102, 0.0235), (0.124, 0.0235), (0.126, 0.0215),
     ]  # fmt: skip
-    return _bottle([row(z, x) for z, x in profile], 0.100, 0.080, 0.24, (0.85, 0.55, 0.15))
-
-
-def _glass(
-    rows: list[Array], wall: float, floor: float, mass: float, color: Color, times: int = 2,
-    symmetry: Symmetry = AXIS, lobes: int = 6,
-) -> DesignedObject:  # fmt: skip
-    sections = rounded(rows, times)
-    made = vessel(sections, wall, floor, lobes)
-    return DesignedObject(
-        mesh=made.mesh,
-        parts=made.parts,
-        functions=Functions(opening=_opening(float(sections[-1, 0]), made.radius)),
-        symmetry=symmetry,
-        mass=mass,
-        friction=0.5,
-        color=color,
-        upright=True,
-    )
+    return bottle_draft([row(z, x) for z, x in profile], 0.100, 0.080, 0.24, (0.85, 0.55, 0.15))
 
 
 def tumbler() -> DesignedObject:
     """Return a straight water glass."""
     rows = [row(0.0, 0.034), row(0.003, 0.0375), row(0.050, 0.038), row(0.095, 0.039)]
-    return _glass(rows, 0.0025, 0.008, 0.22, (0.62, 0.80, 0.88))
+    return glass_draft(rows, 0.0025, 0.008, 0.22, (0.62, 0.80, 0.88))
 
 
 def highball() -> DesignedObject:
     """Return a tall narrow glass with a thick floor."""
     rows = [row(0.0, 0.027), row(0.003, 0.030), row(0.080, 0.0305), row(0.152, 0.0315)]
-    return _glass(rows, 0.0025, 0.014, 0.27, (0.55, 0.85, 0.75))
+    return glass_draft(rows, 0.0025, 0.014, 0.27, (0.55, 0.85, 0.75))
 
 
 def pint() -> DesignedObject:
     """Return a tapered beer glass."""
     rows = [row(0.0, 0.0275), row(0.002, 0.0300), row(0.070, 0.0365), row(0.149, 0.0440)]
-    return _glass(rows, 0.003, 0.010, 0.34, (0.90, 0.75, 0.35))
+    return glass_draft(rows, 0.003, 0.010, 0.34, (0.90, 0.75, 0.35))
 
 
 def whisky_glass() -> DesignedObject:
     """Return a low, heavy, rounded square glass."""
     rows = [row(z, x, x, 4.0) for z, x in ((0.0, 0.033), (0.003, 0.036), (0.088, 0.040))]
-    return _glass(rows, 0.0045, 0.016, 0.33, (0.75, 0.72, 0.90), symmetry=turns_about_z(4))
+    return glass_draft(rows, 0.0045, 0.016, 0.33, (0.75, 0.72, 0.90), symmetry=turns_about_z(4))
 
 
 def tulip_glass() -> DesignedObject:
@@ -196,7 +127,7 @@ def tulip_glass() -> DesignedObject:
         (0.0, 0.033), (0.004, 0.034), (0.009, 0.024), (0.018, 0.019), (0.030, 0.026),
         (0.075, 0.041), (0.105, 0.041), (0.135, 0.033), (0.156, 0.034),
     ]  # fmt: skip
-    return _glass([row(z, x) for z, x in profile], 0.0025, 0.026, 0.28, (0.95, 0.60, 0.45))
+    return glass_draft([row(z, x) for z, x in profile], 0.0025, 0.026, 0.28, (0.95, 0.60, 0.45))
 
 
 def bistro_glass() -> DesignedObject:
@@ -206,7 +137,7 @@ def bistro_glass() -> DesignedObject:
         (0.060, 0.038, 0.0), (0.062, 0.0395, 0.0), (0.090, 0.0430, 0.0),
     ]  # fmt: skip
     rows = [row(z, x, flute=depth) for z, x, depth in profile]
-    return _glass(rows, 0.0035, 0.009, 0.23, (0.45, 0.70, 0.45), lobes=12)
+    return glass_draft(rows, 0.0035, 0.009, 0.23, (0.45, 0.70, 0.45), lobes=12)
 
 
 def wine_glass() -> DesignedObject:
@@ -216,107 +147,58 @@ def wine_glass() -> DesignedObject:
         (0.082, 0.0050), (0.090, 0.014), (0.104, 0.033), (0.132, 0.0415), (0.165, 0.0395),
         (0.198, 0.0330),
     ]  # fmt: skip
-    return _glass([row(z, x) for z, x in profile], 0.0022, 0.096, 0.19, (0.80, 0.40, 0.60))
+    return glass_draft([row(z, x) for z, x in profile], 0.0022, 0.096, 0.19, (0.80, 0.40, 0.60))
 
 
 def juice_glass() -> DesignedObject:
     """Return a small conical glass."""
     rows = [row(0.0, 0.020), row(0.002, 0.0225), row(0.045, 0.0285), row(0.090, 0.0335)]
-    return _glass(rows, 0.0025, 0.007, 0.14, (0.98, 0.85, 0.60))
-
-
-def _mug(
-    rows: list[Array], wall: float, mass: float, color: Color, low: float, high: float,
-    reach: float, thickness: float, width: float, bend: float = 0.7,
-) -> DesignedObject:  # fmt: skip
-    """Return a mug with a handle at +x.
-
-    Args:
-        rows: outside of the body.
-        wall: thickness of the wall [m].
-        mass: mass [kg].
-        color: RGB.
-        low: height of the handle's lower end [m].
-        high: height of the handle's upper end [m].
-        reach: distance from the wall to the middle of the handle [m].
-        thickness: half thickness of the handle, seen from the side [m].
-        width: half width of the handle [m].
-        bend: 1 = half ellipse; less = squarer.
-    """
-    sections = rounded(rows)
-    body = vessel(sections, wall, 0.006)
-    outline = _handle_path(sections, wall, (low, high), reach, bend)
-    rings = sweep(outline, thickness, width)
-    parts = list(body.parts)
-    for start in range(0, len(rings) - 1, 4):
-        parts += loft_parts("handle", rings[start : start + 5, ::2], 0.2)
-    return DesignedObject(
-        mesh=union([body.mesh, loft(rings)]),
-        parts=tuple(parts),
-        functions=Functions(
-            opening=_opening(float(sections[-1, 0]), body.radius), handle=("handle",)
-        ),
-        symmetry=NOTHING,
-        mass=mass,
-        friction=0.6,
-        color=color,
-        upright=True,
-    )
-
-
-def _handle_path(
-    sections: Array, wall: float, ends: tuple[float, float], reach: float, bend: float
-) -> Array:
-    """Return the middle line (K, 2) of a handle, its ends half way into the wall."""
-    low, high = ends
-    angle = np.linspace(-np.pi / 2, np.pi / 2, 33)
-    z = 0.5 * (low + high) + 0.5 * (high - low) * np.sign(np.sin(angle)) * (
-        np.abs(np.sin(angle)) ** bend
-    )
-    root = np.interp(z, sections[:, 0], sections[:, 3])
-    # Between the ends the handle keeps its distance from the widest part that it passes.
-    widest = root[[0, -1]].max()
-    share = np.abs(np.cos(angle)) ** bend
-    straight = np.interp(z, [low, high], root[[0, -1]] - 0.55 * wall)
-    x = straight + share * (widest + reach - straight)
-    return np.stack([x, z], axis=1)
+    return glass_draft(rows, 0.0025, 0.007, 0.14, (0.98, 0.85, 0.60))
 
 
 def standard_mug() -> DesignedObject:
     """Return the usual coffee mug."""
     rows = [row(0.0, 0.037), row(0.003, 0.0405), row(0.050, 0.041), row(0.096, 0.041)]
-    return _mug(rows, 0.004, 0.33, (0.20, 0.35, 0.75), 0.018, 0.080, 0.031, 0.0045, 0.0085)
+    return mug_draft(rows, 0.004, 0.33, (0.20, 0.35, 0.75), 0.018, 0.080, 0.031, 0.0045, 0.0085)
 
 
 def latte_mug() -> DesignedObject:
     """Return a tall conical mug with an ear at the top."""
     rows = [row(0.0, 0.028), row(0.003, 0.0305), row(0.060, 0.0365), row(0.122, 0.0435)]
-    return _mug(rows, 0.004, 0.36, (0.85, 0.80, 0.70), 0.044, 0.106, 0.029, 0.0042, 0.0070, 0.9)
+    return mug_draft(
+        rows, 0.004, 0.36, (0.85, 0.80, 0.70), 0.044, 0.106, 0.029, 0.0042, 0.0070, 0.9
+    )
 
 
 def small_cup() -> DesignedObject:
     """Return an espresso-like cup with a large ring handle."""
     rows = [row(0.0, 0.021), row(0.003, 0.025), row(0.022, 0.0315), row(0.063, 0.0335)]
-    return _mug(rows, 0.0038, 0.19, (0.75, 0.20, 0.20), 0.018, 0.056, 0.028, 0.0038, 0.0065, 0.9)
+    return mug_draft(
+        rows, 0.0038, 0.19, (0.75, 0.20, 0.20), 0.018, 0.056, 0.028, 0.0038, 0.0065, 0.9
+    )
 
 
 def barrel_mug() -> DesignedObject:
     """Return a bellied mug."""
     profile = [(0.0, 0.031), (0.003, 0.034), (0.030, 0.0455), (0.060, 0.0465), (0.092, 0.038)]
     rows = [row(z, x) for z, x in profile]
-    return _mug(rows, 0.0045, 0.38, (0.35, 0.60, 0.45), 0.020, 0.078, 0.031, 0.0050, 0.0090)
+    return mug_draft(rows, 0.0045, 0.38, (0.35, 0.60, 0.45), 0.020, 0.078, 0.031, 0.0050, 0.0090)
 
 
 def camping_mug() -> DesignedObject:
     """Return a wide, low enamel mug with a flat strap handle."""
     rows = [row(0.0, 0.041), row(0.003, 0.0435), row(0.040, 0.0440), row(0.078, 0.0450)]
-    return _mug(rows, 0.0030, 0.17, (0.92, 0.92, 0.94), 0.014, 0.068, 0.033, 0.0025, 0.0090, 0.6)
+    return mug_draft(
+        rows, 0.0030, 0.17, (0.92, 0.92, 0.94), 0.014, 0.068, 0.033, 0.0025, 0.0090, 0.6
+    )
 
 
 def beer_mug() -> DesignedObject:
     """Return a tall stein with a heavy square handle."""
     rows = [row(0.0, 0.040), row(0.004, 0.044), row(0.020, 0.041), row(0.134, 0.039)]
-    return _mug(rows, 0.0050, 0.62, (0.55, 0.45, 0.35), 0.024, 0.116, 0.037, 0.0065, 0.0095, 0.45)
+    return mug_draft(
+        rows, 0.0050, 0.62, (0.55, 0.45, 0.35), 0.024, 0.116, 0.037, 0.0065, 0.0095, 0.45
+    )
 
 
 def cappuccino_cup() -> DesignedObject:
@@ -326,13 +208,17 @@ def cappuccino_cup() -> DesignedObject:
         (0.070, 0.0535),
     ]  # fmt: skip
     rows = [row(z, x) for z, x in profile]
-    return _mug(rows, 0.0042, 0.30, (0.45, 0.28, 0.20), 0.026, 0.064, 0.028, 0.0040, 0.0070, 0.8)
+    return mug_draft(
+        rows, 0.0042, 0.30, (0.45, 0.28, 0.20), 0.026, 0.064, 0.028, 0.0040, 0.0070, 0.8
+    )
 
 
 def square_mug() -> DesignedObject:
     """Return a mug of rounded square section."""
     rows = [row(z, x, x, 4.5) for z, x in ((0.0, 0.034), (0.003, 0.037), (0.100, 0.0385))]
-    return _mug(rows, 0.0045, 0.40, (0.95, 0.65, 0.20), 0.016, 0.086, 0.032, 0.0050, 0.0080, 0.5)
+    return mug_draft(
+        rows, 0.0045, 0.40, (0.95, 0.65, 0.20), 0.016, 0.086, 0.032, 0.0050, 0.0080, 0.5
+    )
 
 
 BOTTLES = (

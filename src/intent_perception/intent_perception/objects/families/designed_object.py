@@ -1,5 +1,6 @@
 """What a maker of a parametric object returns, and how it becomes an ObjectModel."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,8 +40,8 @@ class DesignedObject:
 
     mesh: Mesh
     """Closed surface [m]."""
-    parts: tuple[Part, ...]
-    """Convex parts in the same frame."""
+    parts: tuple[Part, ...] | Callable[[], tuple[Part, ...]]
+    """Convex parts in the same frame, or what makes them; see `parts_of`."""
     functions: Functions
     """Annotations in the same frame."""
     symmetry: Symmetry
@@ -57,12 +58,18 @@ class DesignedObject:
     """Greatest number of stable poses (a ball has but one)."""
 
 
+def parts_of(draft: DesignedObject) -> tuple[Part, ...]:
+    """Return the convex parts of a draft: made when they are first needed, as many never are."""
+    return draft.parts() if callable(draft.parts) else draft.parts
+
+
 def finish(draft: DesignedObject, name: str, object_class: str) -> ObjectModel:
     """Return the object with its origin moved to the centre of the bounding box."""
     shift = -draft.mesh.bounds.mean(axis=0)
     mesh = Mesh(draft.mesh.vertices + shift, draft.mesh.faces)
     parts = tuple(
-        Part(part.name, Mesh(part.mesh.vertices + shift, part.mesh.faces)) for part in draft.parts
+        Part(part.name, Mesh(part.mesh.vertices + shift, part.mesh.faces))
+        for part in parts_of(draft)
     )
     poses = stable_poses(mesh, draft.symmetry)
     if draft.upright:

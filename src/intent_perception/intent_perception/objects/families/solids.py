@@ -1,6 +1,8 @@
 """Solids from cross-sections: lofts, hollow vessels and swept handles, and their convex parts."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +15,8 @@ SEGMENTS = 48
 WEDGES = 24
 """Convex wedges around a hollow wall."""
 
+Join = Callable[[list[Mesh]], Mesh]
+"""Makes one mesh of several: their union, or all of them side by side where they overlap little."""
 Piece = tuple[Mesh, list[Part]]
 """A closed solid and its convex parts."""
 _TO_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
@@ -128,10 +132,25 @@ class Vessel:
 
     mesh: Mesh
     """Closed surface: outside, rim, inside, floor."""
-    parts: tuple[Part, ...]
-    """Wedges of the wall and what is below the floor."""
+    rows: Array
+    """(K, 7) cross-sections of the outside."""
+    wall: float
+    """Thickness of the wall [m]."""
+    floor: float
+    """Height of the inside's bottom [m]."""
+    lobes: int
+    """Grooves around, where rows have any."""
     radius: float
     """Radius of the free opening [m]."""
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """Wedges of the wall and what is below the floor."""
+        heights, floor = self.rows[:, 0], self.floor
+        below = np.stack([np.interp([floor], heights, column) for column in self.rows.T], axis=1)
+        solid = np.concatenate([self.rows[heights < floor - 1e-6], below])
+        bottom = loft_parts("bottom", rings_of(solid, 24, self.lobes))
+        return tuple(bottom + _wall_wedges(self.rows, self.wall, floor))
 
 
 def vessel(rows: Array, wall: float, floor: float, lobes: int = 6) -> Vessel:
@@ -154,18 +173,14 @@ def vessel(rows: Array, wall: float, floor: float, lobes: int = 6) -> Vessel:
     inside[1, 0] += 0.15 * wall
     outer = rings_of(rows, lobes=lobes)
     mesh = loft(np.concatenate([outer, rings_of(inside)[::-1]]))
-    below = np.stack([np.interp([floor], heights, column) for column in rows.T], axis=1)
-    solid = np.concatenate([rows[heights < floor - 1e-6], below])
-    parts = loft_parts("bottom", rings_of(solid, 24, lobes))
-    parts += _wall_wedges(rows, wall, floor)
     rim = rows[-1]
-    return Vessel(mesh, tuple(parts), float(min(rim[3], rim[4]) - wall))
+    return Vessel(mesh, rows, wall, floor, lobes, float(min(rim[3], rim[4]) - wall))
 
 
 def _wall_wedges(rows: Array, wall: float, floor: float) -> list[Part]:
     above = rows[rows[:, 0] > floor + 1e-6]
     start = np.stack([np.interp([floor], rows[:, 0], column) for column in rows.T], axis=1)
-    chosen = _simplified(np.concatenate([start, above]), 0.0006)
+    chosen = simplified(np.concatenate([start, above]), 0.0006)
     # Corners a little outside, sides a little inside the true circle: equal on average.
     swell = 2.0 / (1.0 + np.cos(np.pi / WEDGES))
     inner = chosen.copy()
@@ -188,7 +203,7 @@ def _wall_wedges(rows: Array, wall: float, floor: float) -> list[Part]:
     return parts
 
 
-def _simplified(rows: Array, tolerance: float) -> Array:
+def simplified(rows: Array, tolerance: float) -> Array:
     """Return the fewest of the cross-sections whose straight joins stay within a tolerance."""
     kept = [0]
     while kept[-1] < len(rows) - 1:

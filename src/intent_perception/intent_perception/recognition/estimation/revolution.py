@@ -1,0 +1,256 @@
+"""Bodies around an axis: sections of one shape, a superellipse, scaled along the axis.
+
+The normals of a surface of revolution all meet its axis, which gives a first axis in closed form.
+Gauss-Newton on the distances from the axis refines it; how wide the body is at each height is left
+out of the parameters (the residuals are taken within narrow slices), so any outline fits.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_perception.basics.arrays import Array, Mask
+
+Indices = NDArray[np.int64]
+
+_SLICES = 32
+_LEAST_SLICE = 0.003  # thinner slices hold too few points [m]
+_ROUNDS = 6
+_SPREAD = 0.003  # residuals beyond are of other surfaces [m]
+_SIDE = 0.85  # sine of the steepest angle between a side's normal and the section
+_CLOSE = 0.005  # points so near the surface belong to it [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Revolution:
+    """A body around an axis, in the frame of the points that it was fitted to."""
+
+    point: Array
+    """(3,) of the axis at height 0 [m]."""
+    axes: Array
+    """(3, 3) rows: x and y of the section, direction of the axis."""
+    aspect: float
+    """Half width along y / half width along x."""
+    power: float
+    """Of the superellipse: 2 = ellipse, larger = rounded rectangle."""
+    heights: Array
+    """(K,) along the axis, rising [m]."""
+    radii: Array
+    """(K,) half width along x [m]."""
+    residual: float
+    """Median distance of the points from the surface [m]."""
+    share: float
+    """Share of the points within 5 mm of it."""
+    outer: Mask
+    """(N,) whether a point is seen from outside, on the side of the body."""
+    gaps: Array
+    """(N,) how far each point is outside the surface [m]."""
+
+    def places(self, points: Array) -> Array:
+        """Return points (N, 3) in the body's own frame."""
+        return (points - self.point) @ self.axes.T
+
+    def radius_at(self, heights: Array) -> Array:
+        """Return the half widths along x at some heights [m]."""
+        return np.interp(heights, self.heights, self.radii)
+
+
+def section_radius(places: Array, aspect: float, power: float) -> Array:
+    """Return the half width along x of the superellipse through each place (N, 2+) [m]."""
+    x, y = np.abs(places[:, 0]), np.abs(places[:, 1]) / aspect
+    if power == 2.0:
+        return np.hypot(x, y)
+    return np.asarray((x**power + y**power + 1e-30) ** (1.0 / power))
+
+
+def crossing(places: Array, normals: Array) -> tuple[Array, Array]:
+    """Return where lines (N, 2) along normals (N, 2) of the plane nearly meet, and their weights.
+
+    Iteratively reweighted least squares: lines that pass by at more than some millimetres are of
+    something else, such as a handle.
+    """
+    length = np.linalg.norm(normals, axis=1)
+    across = np.stack([normals[:, 1], -normals[:, 0]], axis=1)
+    offset = np.einsum("ij,ij->i", across, places)
+    # Lines of points far from the middle are as exact as near ones: angles err alike.
+    weight = length**2
+    center = places.mean(axis=0)
+    scale = 0.02
+    for _ in range(8):
+        system = (across * weight[:, None]).T @ across + 1e-6 * np.eye(2)
+        center = np.linalg.solve(system, (across * weight[:, None]).T @ offset + 1e-6 * center)
+        miss = (across @ center - offset) / np.maximum(length, 0.1)
+        scale = max(0.7 * scale, 0.004)
+        weight = length**2 / (1.0 + (miss / scale) ** 2)
+    return center, weight
+
+
+def slices_of(heights: Array, low: float, high: float) -> tuple[Indices, int]:
+    """Return the slice of each height, and how many slices there are."""
+    count = int(np.clip((high - low) / _LEAST_SLICE, 4, _SLICES))
+    step = max((high - low) / count, 1e-6)
+    return np.clip(((heights - low) / step).astype(np.int64), 0, count - 1), count
+
+
+def slice_medians(values: Array, index: Indices, count: int) -> Array:
+    """Return the median of the values in each slice, NaN where there is none."""
+    medians = np.full(count, np.nan)
+    order = np.argsort(index, kind="stable")
+    starts = np.searchsorted(index[order], np.arange(count + 1))
+    for k in range(count):
+        if starts[k + 1] > starts[k]:
+            medians[k] = np.median(values[order[starts[k] : starts[k + 1]]])
+    return medians
+
+
+def _within(values: Array, weight: Array, index: Indices, count: int) -> Array:
+    """Return values (N, D) less their weighted mean in each slice."""
+    total = np.bincount(index, weight, count) + 1e-9
+    means = np.stack(
+        [np.bincount(index, weight * column, count) / total for column in values.T], axis=1
+    )
+    return np.asarray(values - means[index])
+
+
+def fit_revolution(
+    points: Array, normals: Array, axes: Array, center: Array, tilts: bool
+) -> Revolution | None:
+    """Return the body that fits best, None where too little of its side is seen.
+
+    Args:
+        points: (N, 3) [m].
+        normals: (N, 3) unit.
+        axes: (3, 3) rows: first x and y of the section, and direction of the axis.
+        center: (3,) a point near the axis [m].
+        tilts: whether the axis may turn.
+    """
+    start = _round_start(points, normals, axes, center)
+    if start is None:
+        return None
+    state = np.array([*start, 0.0, 0.0, 1.0, 2.0, 0.0])
+    free = [0, 1, 2, 3] if tilts else [0, 1]
+    state = _refined(points, normals, axes, center, state, free)
+    return body_of(points, normals, axes, center, state)
+
+
+def _round_start(points: Array, normals: Array, axes: Array, center: Array) -> Array | None:
+    places, turned = (points - center) @ axes.T, normals @ axes.T
+    side = np.abs(turned[:, 2]) < _SIDE
+    if side.sum() < 30:
+        return None
+    found, _ = crossing(places[side, :2], turned[side, :2])
+    reach = np.abs(places[:, :2]).max()
+    return None if np.abs(found).max() > 1.5 * reach else found
+
+
+def _turned_axes(axes: Array, state: Array) -> Array:
+    """Return the axes tilted about x and y and spun about the axis by the state's angles."""
+    tilt = axes[2] + state[2] * axes[0] + state[3] * axes[1]
+    z = tilt / np.linalg.norm(tilt)
+    x = np.cos(state[6]) * axes[0] + np.sin(state[6]) * axes[1]
+    x = x - (x @ z) * z
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z])
+
+
+def _distances(
+    points: Array, normals: Array, axes: Array, center: Array, state: Array
+) -> tuple[Array, Array, Array]:
+    """Return height, half width along x and its factor to a distance, for each point."""
+    turned = _turned_axes(axes, state)
+    origin = center + state[0] * axes[0] + state[1] * axes[1]
+    places = (points - origin) @ turned.T
+    radius = section_radius(places, state[4], state[5])
+    scale = np.hypot(places[:, 0], places[:, 1]) / np.maximum(radius, 1e-6)
+    return places[:, 2], radius, scale
+
+
+_STEPS = np.array([1e-4, 1e-4, 2e-3, 2e-3])
+_PRIOR = np.array([1.0, 1.0, 0.3, 0.3])  # how far each may go from its start
+_FARTHEST = np.array([1.0, 1.0, 0.5, 0.5])
+
+
+def _refined(
+    points: Array, normals: Array, axes: Array, center: Array, state: Array, free: list[int]
+) -> Array:
+    """Return the state after bounded Gauss-Newton steps on residuals within slices."""
+    start = state.copy()
+    for _ in range(_ROUNDS):
+        height, radius, scale = _distances(points, normals, axes, center, state)
+        outer, steep = _outside(points, normals, axes, center, state)
+        if outer.sum() < 30:
+            return state
+        kept = np.flatnonzero(outer)
+        index, count = slices_of(height[kept], height[kept].min(), height[kept].max())
+        medians = slice_medians(radius[kept], index, count)
+        gap = (radius[kept] - medians[index]) * scale[kept] * steep[kept]
+        weight = steep[kept] / (1.0 + (gap / _SPREAD) ** 2)
+        columns = []
+        for k in free:
+            moved = state.copy()
+            moved[k] += _STEPS[k]
+            _, other, _ = _distances(points[kept], normals[kept], axes, center, moved)
+            columns.append((other - radius[kept]) / _STEPS[k] * scale[kept] * steep[kept])
+        jacobian = _within(np.stack(columns, axis=1), weight, index, count)
+        error = _within(gap[:, None], weight, index, count)[:, 0]
+        prior = (0.002 / _PRIOR[free]) ** 2 * weight.sum() * 0.02
+        system = (jacobian * weight[:, None]).T @ jacobian + np.diag(prior + 1e-9)
+        pull = prior * (state[free] - start[free])
+        step = np.linalg.solve(system, (jacobian * weight[:, None]).T @ error + pull)
+        state = state.copy()
+        state[free] -= np.clip(step, -0.3 * _PRIOR[free], 0.3 * _PRIOR[free])
+        state[:4] = np.clip(state[:4], -_FARTHEST, _FARTHEST)
+    return state
+
+
+def _outside(
+    points: Array, normals: Array, axes: Array, center: Array, state: Array
+) -> tuple[Mask, Array]:
+    """Return which points are seen from outside on the side, and their normals' part across."""
+    turned = _turned_axes(axes, state)
+    origin = center + state[0] * axes[0] + state[1] * axes[1]
+    places, directions = (points - origin) @ turned.T, normals @ turned.T
+    across = np.hypot(directions[:, 0], directions[:, 1])
+    outwards = np.einsum("ij,ij->i", places[:, :2], directions[:, :2]) > 0.0
+    return outwards & (across > np.sqrt(1.0 - _SIDE**2)), across
+
+
+def body_of(
+    points: Array, normals: Array, axes: Array, center: Array, state: Array
+) -> Revolution | None:
+    """Return the body of given parameters, None where too little of its side is seen.
+
+    Args:
+        points: (N, 3) [m].
+        normals: (N, 3) unit.
+        axes: (3, 3) rows: x and y of the section, direction of the axis, before they are turned.
+        center: (3,) a point near the axis [m].
+        state: (7,) shifts along x and y [m], tilts about them [rad], aspect and power of the
+            section, its spin about the axis [rad].
+    """
+    height, radius, scale = _distances(points, normals, axes, center, state)
+    outer, steep = _outside(points, normals, axes, center, state)
+    if outer.sum() < 30:
+        return None
+    index, count = slices_of(height[outer], height[outer].min(), height[outer].max())
+    medians = slice_medians(radius[outer], index, count)
+    low, high = float(height[outer].min()), float(height[outer].max())
+    middles = low + (np.arange(count) + 0.5) * (high - low) / count
+    known = np.isfinite(medians)
+    radii = np.interp(middles, middles[known], medians[known])
+    gaps = (radius - np.interp(height, middles, radii)) * scale
+    miss = np.abs(gaps[outer] * steep[outer])
+    origin = center + state[0] * axes[0] + state[1] * axes[1]
+    return Revolution(
+        origin,
+        _turned_axes(axes, state),
+        float(state[4]),
+        float(state[5]),
+        middles,
+        radii,
+        float(np.median(miss)),
+        float((miss < _CLOSE).mean()),
+        outer,
+        gaps,
+    )

@@ -1,0 +1,189 @@
+"""Where known objects and estimated shapes meet: each saves the other work, and corrects it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_perception.basics.arrays import Array, Floats, Mask
+from intent_perception.geometry.mesh import Mesh
+from intent_perception.objects.model import OBJECT_CLASSES
+from intent_perception.recognition.estimation.class_odds import CLASSES
+from intent_perception.recognition.estimation.likeness import likeness_of
+from intent_perception.recognition.estimation.outlines import outline_of
+from intent_perception.recognition.estimation.shape_estimator import (
+    EstimatedShape,
+    estimated_shape,
+)
+from intent_perception.recognition.estimation.things import SeenThing, thing_of
+from intent_perception.scene.scene_view import SceneView
+
+_WHOLE = 0.62
+"""From this likeness on one shape explains a thing: it is one, and seen to its ends."""
+_UNHIDDEN = 0.03
+_LOW = 0.03
+"""Things that are lower may have parts as flat as the table, which depth does not show [m]."""
+_OVERLAP = 0.65
+"""Least intersection over union of the windows of a whole thing and of what it may be."""
+_TOUCHES = 0.08
+"""From this share of its window on a hypothesis may explain a thing that is not whole."""
+ELSEWHERE, MISFIT = -1, -2
+_POINTS = 100
+_CONTRADICTED = 0.15
+"""A known object that is this much less like a whole thing than its estimate is not there."""
+_DOUBTED, _UNLIKELY = 0.06, 0.33
+"""The same where the thing has not the look of the object's class either."""
+_LEFT_OVER = 150
+"""Fewer pixels that a known object leaves of a thing are its rim."""
+_MOSTLY = 0.25
+
+Window = tuple[float, float, float, float]
+
+
+def is_whole(shape: EstimatedShape) -> bool:
+    """Return whether a thing is one, seen to its ends: what it is must be as large as it."""
+    thing = shape.thing
+    seen = thing.hidden <= _UNHIDDEN and thing.height > _LOW
+    return seen and shape.likeness.share >= _WHOLE
+
+
+def things_meant(
+    shapes: Sequence[EstimatedShape],
+    models: NDArray[np.int64],
+    poses: Floats,
+    points: Sequence[Floats],
+    intrinsics: Floats,
+) -> NDArray[np.int64]:
+    """Return which whole thing each hypothesis (N,) explains, ELSEWHERE where none.
+
+    MISFIT are those that are much smaller or larger in the image than the whole thing there.
+
+    Args:
+        shapes: estimates of all things of the scene.
+        models: (N,) numbers.
+        poses: (N, 12).
+        points: of each model (P, 3), those that spread widest first [m].
+        intrinsics: (4,).
+    """
+    meant = np.full(len(models), ELSEWHERE)
+    whole = [shape for shape in shapes if is_whole(shape)]
+    if not whole or len(models) == 0:
+        return meant
+    others = [_window(shape.thing) for shape in shapes if not is_whole(shape)]
+    windows = np.array([_window(shape.thing) for shape in whole])
+    drawn = np.array(
+        [
+            _drawn_window(pose, points[int(model)][:_POINTS], intrinsics)
+            for model, pose in zip(models, poses, strict=True)
+        ]
+    )
+    overlap = _overlaps(drawn, windows)
+    elsewhere = overlap.max(axis=1) < 1e-6
+    if others:
+        elsewhere |= _within(drawn, np.array(others)).max(axis=1) > _TOUCHES
+    fits = np.where(overlap.max(axis=1) >= _OVERLAP, overlap.argmax(axis=1), MISFIT)
+    return np.where(elsewhere, ELSEWHERE, fits)
+
+
+def _window(thing: SeenThing) -> Window:
+    h, w = thing.mask.shape
+    return (float(thing.left), float(thing.top), float(thing.left + w), float(thing.top + h))
+
+
+def _drawn_window(pose: Floats, points: Floats, intrinsics: Floats) -> Window:
+    placed = points @ pose[:9].reshape(3, 3).T + pose[9:]
+    z = np.maximum(placed[:, 2], 0.05)
+    u = intrinsics[0] * placed[:, 0] / z + intrinsics[2]
+    v = intrinsics[1] * placed[:, 1] / z + intrinsics[3]
+    return float(u.min()), float(v.min()), float(u.max()), float(v.max())
+
+
+def _overlaps(first: Array, second: Array) -> Array:
+    """Return intersection over union (N, M) of windows (N, 4) and (M, 4)."""
+    shared, areas = _shared(first, second), (_areas(first), _areas(second))
+    return np.asarray(shared / (areas[0][:, None] + areas[1][None] - shared))
+
+
+def _within(first: Array, second: Array) -> Array:
+    """Return the share (N, M) of each of the windows (N, 4) that is in each of (M, 4)."""
+    return np.asarray(_shared(first, second) / _areas(first)[:, None])
+
+
+def _shared(first: Array, second: Array) -> Array:
+    low = np.maximum(first[:, None, :2], second[None, :, :2])
+    high = np.minimum(first[:, None, 2:], second[None, :, 2:])
+    return np.asarray(np.prod(np.clip(high - low, 0.0, None), axis=2))
+
+
+def _areas(windows: Array) -> Array:
+    return np.asarray(np.prod(np.clip(windows[:, 2:] - windows[:, :2], 1.0, None), axis=1))
+
+
+def contradicted(
+    shapes: Sequence[EstimatedShape],
+    meshes: Sequence[Mesh],
+    classes: Sequence[str],
+    T_camera_objects: Sequence[Array],
+    scene: SceneView,
+    T_table_camera: Array,
+) -> list[bool]:
+    """Return which placed objects are of another class than, and less like, the thing there."""
+    wrong = []
+    for mesh, object_class, pose in zip(meshes, classes, T_camera_objects, strict=True):
+        T_table_object = T_table_camera @ pose
+        shape = _there(shapes, mesh, T_table_object)
+        told = object_class in OBJECT_CLASSES  # of other classes an estimate knows nothing
+        same = shape is not None and shape.model.object_class == object_class
+        if shape is None or same or not told or not is_whole(shape):
+            wrong.append(False)
+            continue
+        likeness = likeness_of(mesh, T_table_object, shape.thing, scene, T_table_camera)
+        lead = shape.likeness.share - likeness.share
+        unlikely = shape.odds[CLASSES.index(object_class)] < _UNLIKELY
+        wrong.append(lead > (_DOUBTED if unlikely else _CONTRADICTED))
+    return wrong
+
+
+def _there(
+    shapes: Sequence[EstimatedShape], mesh: Mesh, T_table_object: Array
+) -> EstimatedShape | None:
+    """Return the shape that is nearest to a placed object, None where none is near."""
+    middle = T_table_object[:3, :3] @ mesh.bounds.mean(axis=0) + T_table_object[:3, 3]
+    gaps = [float(np.linalg.norm(s.T_table_object[:3, 3] - middle)) for s in shapes]
+    nearest = int(np.argmin(gaps)) if gaps else -1
+    return shapes[nearest] if gaps and gaps[nearest] < 0.05 else None
+
+
+def left_over(
+    shapes: Sequence[EstimatedShape],
+    scene: SceneView,
+    T_table_camera: Array,
+    rng: np.random.Generator,
+) -> tuple[EstimatedShape, ...]:
+    """Return the shapes of what known objects leave unexplained.
+
+    Args:
+        shapes: of all things of the scene.
+        scene: with the pixels that nothing known explains.
+        T_table_camera: (4, 4).
+        rng: chooses the points that are looked at.
+    """
+    rest = []
+    for shape in shapes:
+        mask = _remaining(shape.thing, scene)
+        share = mask.sum() / max(shape.thing.pixels, 1)
+        if share > 1.0 - _MOSTLY:
+            rest.append(shape)
+        elif share > _MOSTLY and mask.sum() > _LEFT_OVER:
+            thing = thing_of(scene, mask, T_table_camera, rng)
+            again = estimated_shape(thing, outline_of(thing), scene, T_table_camera)
+            rest += [] if again is None else [again]
+    return tuple(rest)
+
+
+def _remaining(thing: SeenThing, scene: SceneView) -> Mask:
+    mask = np.zeros(scene.shape, dtype=bool)
+    h, w = thing.mask.shape
+    window = (slice(thing.top, thing.top + h), slice(thing.left, thing.left + w))
+    mask[window] = thing.mask & (scene.parts.mask[window] == 1)
+    return mask

@@ -1,0 +1,211 @@
+"""Things: what stands apart from everything else on the table, known or not."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from intent_perception.basics.arrays import Array, Floats, Mask
+from intent_perception.scene.scene_view import SceneView
+
+_CELL = 0.004
+"""Edge of the cells of the table in which points are counted [m]."""
+_LEAST_IN_CELL = 2
+"""Fewer points in a cell fly at an edge."""
+_SMALLEST = 60
+"""Fewer pixels are noise."""
+_MOST = 1400
+"""Points of a thing that fits look at."""
+_LEAST_HEIGHT = 0.010
+"""What reaches no higher is a mark or a sheet on the table [m]."""
+_FLATTEST, _MUCH_FLAT = 0.006, 120
+"""Unless so many points beside it have another colour than the table [m]."""
+_JUMP = 0.02
+"""A neighbour nearer to the camera by this hides what is behind it [m]."""
+_RAISED, _TOUCH, _REACHED = 0.008, 0.03, 0.10
+"""Height of an arm, its distance behind a thing that it touches [m], share of the outline."""
+_BORDER = 3
+_TABLE_COLOR = 7.0
+"""Colours this many times further from the table's own than those spread are another thing's."""
+_REACH = 0.25
+"""How far from a low thing its parts that are as flat as the table may lie [m]."""
+_LOW = 0.05
+"""Things that reach higher have no flat parts [m]."""
+_FLAT = 0.007
+"""What is flat is no higher [m]."""
+_LEAST_FLAT = 40
+
+
+@dataclass(frozen=True, eq=False)
+class SeenThing:
+    """One thing, in the frame `table`."""
+
+    left: int
+    """Column of the window's first pixel."""
+    top: int
+    """Row of the window's first pixel."""
+    mask: Mask
+    """(h, w) its pixels."""
+    points: Array
+    """(N, 3) of its surface [m]."""
+    normals: Array
+    """(N, 3) unit."""
+    eye: Array
+    """(3,) where the camera is [m]."""
+    color: Array
+    """(3,) RGB in 0..1."""
+    hidden: float
+    """Share of its outline at which something nearer may hide more of it, or the image ends."""
+    flat: Array
+    """(M, 3) points of the table that have a thing's colour and touch it [m]."""
+
+    @property
+    def pixels(self) -> int:
+        """Pixels on which it is seen."""
+        return int(self.mask.sum())
+
+    @property
+    def height(self) -> float:
+        """How high it reaches above the table [m]."""
+        return float(np.quantile(self.points[:, 2], 0.99))
+
+
+def things_in(scene: SceneView, T_table_camera: Array, rng: np.random.Generator) -> list[SeenThing]:
+    """Return the things of a scene with a table, those nearest to the image's middle first.
+
+    Args:
+        scene: with the pixels that may be objects.
+        T_table_camera: (4, 4).
+        rng: chooses the points of each.
+    """
+    labels, count = _apart(scene, T_table_camera)
+    found = []
+    for number in range(1, count):
+        mask = labels == number
+        if mask.sum() >= _SMALLEST and not _reached_for(scene, mask):
+            thing = thing_of(scene, mask, T_table_camera, rng)
+            flat = thing.height >= _FLATTEST and len(thing.flat) >= _MUCH_FLAT
+            if thing.height >= _LEAST_HEIGHT or flat:
+                found.append(thing)
+    return found
+
+
+def _apart(scene: SceneView, T_table_camera: Array) -> tuple[NDArray[np.int32], int]:
+    """Return labels (H, W) of what stands apart, seen from above; 0 = nothing."""
+    rows, columns = np.nonzero(scene.parts.mask == 1)
+    points = scene.points[rows, columns].astype(np.float64)
+    flat = points @ T_table_camera[:2, :3].T + T_table_camera[:2, 3]
+    labels = np.zeros(scene.shape, np.int32)
+    if len(flat) == 0:
+        return labels, 1
+    cells = np.floor((flat - flat.min(axis=0)) / _CELL).astype(np.int64)
+    size = cells.max(axis=0) + 1
+    if np.prod(size) > 4_000_000:
+        return labels, 1
+    counts = np.zeros(tuple(size), np.int32)
+    np.add.at(counts, (cells[:, 0], cells[:, 1]), 1)
+    filled = (counts >= _LEAST_IN_CELL).astype(np.uint8)
+    closed = cv2.morphologyEx(filled, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    count, above = cv2.connectedComponents(closed, connectivity=8)
+    labels[rows, columns] = above[cells[:, 0], cells[:, 1]]
+    return labels, int(count)
+
+
+def _reached_for(scene: SceneView, mask: Mask) -> bool:
+    """Return whether something that is no thing, such as an arm, touches or covers one.
+
+    What is left of it beside a hand tells nothing of its shape.
+    """
+    raised = (scene.parts.height > _RAISED) & (scene.parts.mask == 0)
+    ring = (cv2.dilate(mask.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0) & ~mask
+    own = cv2.dilate(np.where(mask, scene.image.smooth, np.float32(0.0)), np.ones((5, 5)))
+    touching = ring & raised & (scene.image.smooth < own + _TOUCH)
+    return bool(touching.sum() > _REACHED * ring.sum())
+
+
+def thing_of(
+    scene: SceneView, mask: Mask, T_table_camera: Array, rng: np.random.Generator
+) -> SeenThing:
+    """Return the thing of some pixels (H, W); the other arguments are those of `things_in`."""
+    rows, columns = np.nonzero(mask)
+    top, left = int(rows.min()), int(columns.min())
+    bottom, right = int(rows.max()) + 1, int(columns.max()) + 1
+    seen = np.arange(len(rows))
+    if len(rows) > _MOST:
+        seen = np.sort(rng.choice(len(rows), _MOST, replace=False))
+    rotation, eye = T_table_camera[:3, :3], T_table_camera[:3, 3]
+    points = scene.points[rows[seen], columns[seen]].astype(np.float64) @ rotation.T + eye
+    normals = scene.image.normals[rows[seen], columns[seen]].astype(np.float64) @ rotation.T
+    color = np.median(scene.image.color[rows, columns], axis=0).astype(np.float64)
+    return SeenThing(
+        left,
+        top,
+        np.ascontiguousarray(mask[top:bottom, left:right]),
+        points,
+        normals,
+        eye.copy(),
+        color,
+        _hidden(scene, mask),
+        _flat_parts(scene, mask, T_table_camera, float(points[:, 2].max())),
+    )
+
+
+def _hidden(scene: SceneView, mask: Mask) -> float:
+    """Return the share of a thing's outline behind which it may go on."""
+    depth = scene.image.depth
+    grown = cv2.dilate(mask.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+    own = np.where(mask, scene.image.smooth, np.float32(0.0))
+    nearest = cv2.dilate(own, np.ones((9, 9), np.uint8))
+    around = grown & ~mask
+    hides = around & (depth > 0.0) & (depth < nearest - _JUMP) & (scene.parts.mask == 1)
+    border = np.zeros_like(mask)
+    border[:_BORDER], border[-_BORDER:] = True, True
+    border[:, :_BORDER], border[:, -_BORDER:] = True, True
+    ends = int((mask & border).sum())
+    return float((hides.sum() / 3.0 + ends) / max(around.sum() / 3.0 + ends, 1.0))
+
+
+def _flat_parts(scene: SceneView, mask: Mask, T_table_camera: Array, height: float) -> Array:
+    """Return the points (M, 3) of what lies as flat as the table beside a low thing [m].
+
+    A blade of two millimetres is no higher than the sensor's noise, but it has not the table's
+    colour. Shadows have: darker, of one hue with it.
+    """
+    nothing = np.zeros((0, 3))
+    if height > _LOW:
+        return nothing
+    rows, columns = np.nonzero(mask)
+    reach = int(
+        _REACH * scene.intrinsics[0] / max(float(scene.points[rows, columns, 2].min()), 0.2)
+    )
+    top, left = max(0, rows.min() - reach), max(0, columns.min() - reach)
+    bottom, right = rows.max() + reach, columns.max() + reach
+    window = (slice(top, bottom), slice(left, right))
+    heights = scene.parts.height[window]
+    bare = (scene.parts.mask[window] == 0) & (heights != 0.0) & (np.abs(heights) < _FLAT)
+    other = _unlike_table(scene.image.color[window], bare)
+    own = mask[window]
+    joined = ((other & bare) | own).astype(np.uint8)
+    joined = cv2.morphologyEx(joined, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8)) | own
+    _, labels = cv2.connectedComponents(joined, connectivity=8)
+    touching = np.isin(labels, np.unique(labels[own])) & (labels > 0) & bare & other
+    points = scene.points[window][touching].astype(np.float64)
+    if len(points) < _LEAST_FLAT:
+        return nothing
+    placed: Array = points @ T_table_camera[:3, :3].T + T_table_camera[:3, 3]
+    return placed[:: max(1, len(placed) // _MOST)]
+
+
+def _unlike_table(color: Floats, bare: Mask) -> Mask:
+    """Return the pixels (H, W) of a colour that is neither the table's nor its shadow's."""
+    if bare.sum() < 200:
+        return np.zeros_like(bare)
+    table = np.median(color[bare], axis=0)
+    spread = 1.5 * np.median(np.abs(color[bare] - table), axis=0) + 0.008
+    # The shade of the table's colour that is nearest to each pixel's.
+    scaled = table / spread
+    shade = np.clip((color / spread) @ scaled / (scaled @ scaled), 0.35, 1.1)
+    off = np.linalg.norm((color - shade[..., None] * table) / spread, axis=2)
+    whole = np.linalg.norm((color - table) / spread, axis=2)
+    return np.asarray((off > _TABLE_COLOR) & (whole > _TABLE_COLOR))
