@@ -37,7 +37,7 @@ while [ $# -gt 0 ]; do
       [ $# -gt 1 ] || fail "$1 needs a value"
       given+=("$1" "$2") && shift 2
       ;;
-    -h | --help) sed -n '2,15s/^# \{0,1\}//p' "$0" && exit ;;
+    -h | --help) help_of "$0" && exit ;;
     -*) fail "unknown option $1; see scripts/demo.sh --help" ;;
     *) bag=$(realpath -m "$1") && shift ;;
   esac

@@ -7,6 +7,9 @@ fail() {
   exit 1
 }
 
+# help_of SCRIPT: the comment at a script's head is its help.
+help_of() { awk 'NR > 1 { if (!/^#/) exit; sub(/^# ?/, ""); print }' "$1"; }
+
 # ROS comes from a sourced installation, else from wheels in the virtual environment.
 system_ros() { [ "${ROS_DISTRO:-}" = jazzy ] && [[ "${AMENT_PREFIX_PATH:-}" == */opt/ros/jazzy* ]]; }
 

@@ -1,5 +1,5 @@
 # Sourced after environment.sh: start nodes by `ros2 run` and stop all of them together.
-pids=()
+pids=() names=() commands=() respawn=''
 
 # ros2_run PACKAGE EXECUTABLE ARG...: the wheels bring no `ros2`, so look up what it would run.
 ros2_run() {
@@ -17,8 +17,47 @@ ros2_run() {
 start() {
   set -m
   (ros2_run "$@") &
-  pids+=($!)
+  pids+=($!) names+=("$2") commands+=("$(printf '%q ' "$@")")
   set +m
+}
+
+# has_ended INDEX: whether a process has; then it is said which, and how, in `epitaph`.
+has_ended() {
+  local status=0
+  kill -0 "${pids[$1]}" 2>/dev/null && return 1
+  wait "${pids[$1]}" 2>/dev/null || status=$?
+  epitaph="the node ${names[$1]} has ended (status $status)"
+  [ $status -le 128 ] || epitaph="the node ${names[$1]} has ended (killed by SIG$(kill -l $((status - 128))))"
+}
+
+# start_again INDEX: run a process anew in its place.
+start_again() {
+  echo "$epitaph; it is started again" >&2
+  eval "start ${commands[$1]}"
+  pids[$1]=${pids[-1]}
+  unset 'pids[-1]' 'names[-1]' 'commands[-1]'
+}
+
+# nap: a moment in which the shell keeps its own word for a dead job ("Killed") to itself.
+nap() { { sleep 0.2; } 2>/dev/null; }
+
+# watch: say which node ends, and start it again where respawn is set, until none is left.
+watch() {
+  local i told=()
+  while [ ${#told[@]} -lt ${#pids[@]} ]; do
+    for i in "${!pids[@]}"; do
+      [ -z "${told[$i]:-}" ] && has_ended "$i" || continue
+      if [ -n "$respawn" ]; then
+        for _ in 1 2 3 4 5; do nap; done # a node that cannot start must not fill the screen
+        start_again "$i"
+      else
+        told[i]=yes
+        echo "error: $epitaph; the others go on (--respawn would start it again)" >&2
+      fi
+    done
+    nap
+  done
+  fail "no node is left"
 }
 
 # Interrupt every node, and kill within 2 s what has not ended by then.
@@ -45,13 +84,14 @@ stop_at_exit() {
 
 # finish PID NODE_PID...: wait for a process; fail at once when it fails or one of the nodes ends.
 finish() {
-  local pid=$1 node
-  shift
+  local pid=$1 nodes=" ${*:2} " i
   while kill -0 "$pid" 2>/dev/null; do
-    for node in "$@"; do
-      kill -0 "$node" 2>/dev/null || fail "a node has ended; see its message above"
+    for i in "${!pids[@]}"; do
+      [[ $nodes == *" ${pids[$i]} "* ]] && has_ended "$i" || continue
+      [ -n "$respawn" ] || fail "$epitaph; see its message above"
+      start_again "$i" && nodes+="${pids[$i]} "
     done
-    sleep 0.1
+    nap
   done
   wait "$pid"
 }

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Run the five nodes for a live camera until Ctrl-C, or for a bag until it has been played.
 # usage: scripts/run_graph.sh [--bag BAG [--rate R] [--lockstep]] [--models DB] [--params FILE]
-#          [--topics COLOR DEPTH INFO] [--depth-scale M] [ROS argument...]
+#          [--topics COLOR DEPTH INFO] [--depth-scale M] [--respawn] [ROS argument...]
 #   --bag BAG      play this bag once the nodes are ready; without it they wait for a camera
 #   --rate R       play it at this speed, 1 = as recorded
 #   --lockstep     play it frame by frame, each once the one before has been answered
+#   --respawn      start a node again that has ended; otherwise that is only said, by its name
 #   --models DB    objects of your own (YAML file or folder), added to the shipped 48; see README
 #   --params FILE  parameters of the nodes (see src/*/config)
 #   --topics C D I the bag's topics of colour, depth and camera_info; default: they are found
@@ -26,6 +27,7 @@ while [ $# -gt 0 ]; do
       player+=(--lockstep --timeout 480)
       arguments+=(--params-file "$root/src/intent_imitation/config/lockstep.yaml") && shift
       ;;
+    --respawn) respawn=yes && shift ;;
     --models) arguments+=(-p "models:=$(realpath "$2")") && shift 2 ;;
     --params) arguments+=(--params-file "$(realpath "$2")") && shift 2 ;;
     --topics)
@@ -36,7 +38,7 @@ while [ $# -gt 0 ]; do
       [ $# -gt 1 ] || fail "$1 needs a value"
       given+=("$1" "$2") && arguments+=(-p "depth_scale:=$2") && shift 2
       ;;
-    -h | --help) sed -n '2,12s/^# \{0,1\}//p' "$0" && exit ;;
+    -h | --help) help_of "$0" && exit ;;
     *) arguments+=("$1") && shift ;;
   esac
 done
@@ -61,4 +63,4 @@ if [ -n "$bag" ]; then
   finish "${pids[-1]}" "${nodes[@]}" || fail "the bag was not played to its end; see the messages above"
   exit
 fi
-while any_alive; do sleep 0.2; done
+watch

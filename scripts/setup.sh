@@ -1,9 +1,20 @@
 #!/usr/bin/env bash
 # Make the environment and build the workspace; a second run finds its stamps and does nothing.
-# usage: scripts/setup.sh [--dev]    --dev: also what the tests, the checks and the simulation need
+# usage: scripts/setup.sh [--dev]
+#   --dev          also what the tests, the checks, the simulation and the making of bags and
+#                  objects need: about 0.9 GB more, and five minutes to build pybullet
+# The demo and the nodes need no --dev. After an update (git pull) the same command does what is new;
+# scripts/clean.sh removes all of it.
 set -euo pipefail
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
+case ${1:-} in
+  -h | --help) help_of "$0" && exit ;;
+  '' | --dev) ;;
+  *) fail "unknown option $1; see scripts/setup.sh --help" ;;
+esac
+[[ $root != *[[:space:]]* ]] || fail "the workspace's path has a blank, which colcon's scripts do not bear: move it from '$root'"
+[ -w "$root" ] || fail "you may not write into $root; clone the workspace into a folder of your own"
 cd "$root"
 stamps=$venv/stamps
 

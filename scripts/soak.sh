@@ -6,7 +6,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # shellcheck source=scripts/environment.sh
 source "$here/environment.sh"
 case ${1:-} in
-  -h | --help) sed -n '2,3s/^# \{0,1\}//p' "$0" && exit ;;
+  -h | --help) help_of "$0" && exit ;;
 esac
 loops=${1:-20}
 [ $# -eq 0 ] || shift

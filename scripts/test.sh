@@ -1,10 +1,14 @@
 #!/usr/bin/env bash
 # Check everything: format, lint, types, import rules, tests.
 # usage: scripts/test.sh [pytest argument...]    with arguments: only pytest, with them
+# e.g.   scripts/test.sh tests/intent_tracking -m "not slow"
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # shellcheck source=scripts/environment.sh
 source "$here/environment.sh"
+case ${1:-} in
+  -h | --help) help_of "$0" && exit ;;
+esac
 "$here/setup.sh" --dev
 enter_venv
 enter_overlay

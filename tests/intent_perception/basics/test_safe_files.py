@@ -84,3 +84,8 @@ def test_arrays_come_back_as_they_were_written(tmp_path: Path) -> None:
     back = read_arrays(tmp_path / "a.npz", "arrays")
     assert back.keys() == arrays.keys()
     assert all(np.array_equal(back[name], arrays[name]) for name in arrays)
+
+
+def test_objects_are_no_arrays_to_write(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="got objects in"):
+        write_arrays(tmp_path / "a.npz", {"a": np.array([{}, None], dtype=object)})

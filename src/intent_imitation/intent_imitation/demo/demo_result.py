@@ -27,7 +27,9 @@ from intent_perception.recognition.recognizer import RecognizedObjects
 
 def parse_options(arguments: Sequence[str]) -> argparse.Namespace:
     """Return bag, robot_bag, models, out and patience of the command line."""
-    parser = argparse.ArgumentParser(prog="demo", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="demo", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("bag")
     parser.add_argument("--robot-bag", default="")
     parser.add_argument("--models", default="")

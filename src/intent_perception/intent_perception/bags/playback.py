@@ -176,7 +176,10 @@ def node_arguments(bag: str, given: BagInput) -> str:
 
 def main() -> None:
     """Print the ROS arguments with which the nodes hear a bag."""
-    parser = argparse.ArgumentParser(prog="python -m intent_perception.replay", description=__doc__)
+    parser = argparse.ArgumentParser(
+        description="Print the ROS arguments with which the nodes hear a bag. "
+        "`ros2 run intent_perception replay BAG` plays it; see its --help."
+    )
     parser.add_argument("bag", help="rosbag2 folder")
     add_image_options(parser)
     options = parser.parse_args()

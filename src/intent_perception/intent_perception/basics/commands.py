@@ -8,6 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
+from intent_perception.basics.late_module import remedy
+
 
 def command(module: str, *arguments: Any) -> NoReturn:
     """Run the function `main` of a module as a command, with arguments, and leave the program.
@@ -19,6 +21,8 @@ def command(module: str, *arguments: Any) -> NoReturn:
     signal.signal(signal.SIGTERM, _terminated)
     run_as = sys.modules["__main__"].__spec__  # python -m
     name = run_as.name.rsplit(".", 1)[-1] if run_as is not None else Path(sys.argv[0]).stem
+    if run_as is not None:
+        sys.argv[0] = f"python -m {run_as.name}"  # what --help calls the command
     try:
         status = importlib.import_module(module).main(*arguments)
         sys.stdout.flush()
@@ -29,6 +33,9 @@ def command(module: str, *arguments: Any) -> NoReturn:
         _leave(141)
     except MemoryError:
         print(f"{name}: the machine's memory does not suffice", file=sys.stderr)
+        _leave(1)
+    except ModuleNotFoundError as error:
+        print(f"{name}: {remedy(error)}", file=sys.stderr)
         _leave(1)
     except (ValueError, OSError) as error:
         print(f"{name}: {' '.join(str(error).split())}", file=sys.stderr)

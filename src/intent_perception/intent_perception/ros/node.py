@@ -48,6 +48,7 @@ from intent_perception.basics.parameters import (
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.ros.live_messages import LiveMessages
+from intent_perception.ros.node_help import node_help
 
 RESULTS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 """Results arrive all, also at a consumer that is slow for a while."""
@@ -454,6 +455,9 @@ def run(kind: Callable[[], IntentNode]) -> None:
 
     With `--rehearse` it ends when it is ready: set-up has kernels compiled so.
     """
+    if {"-h", "--help"} & set(sys.argv):
+        sys.stdout.write(node_help(kind))
+        return
     cv2.setNumThreads(1)  # five nodes share the cores; more threads only wait for each other
     threadpool_limits(1)
     usual = {number: signal.signal(number, _leave) for number in (signal.SIGINT, signal.SIGTERM)}

@@ -65,7 +65,9 @@ def _transform(arguments: argparse.Namespace, T_table_camera: Array) -> str:
 
 
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--rgb", type=Path, help="colour image with the board")
     parser.add_argument("--depth", type=Path, help="16-bit depth image")
     parser.add_argument("--depth-scale", type=float, default=0.001, help="metres per step")

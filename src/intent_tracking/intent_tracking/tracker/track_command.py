@@ -19,7 +19,11 @@ from intent_tracking.tracker.tracker_config import TrackerConfig
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
-    parser = argparse.ArgumentParser(prog="intent_tracking.track", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="intent_tracking.track",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("bag", type=Path, help="rosbag2 folder with RGB-D images")
     parser.add_argument("--models", help="object database: YAML file or folder (shipped: 48)")
     parser.add_argument(

@@ -27,6 +27,7 @@ from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.labels import label_grasp
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.late_module import need
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.transforms import look_at, make_pose, rotation_from_vector
 from intent_perception.objects.database import CLUTTER, ObjectDatabase, ObjectModel
@@ -151,5 +152,6 @@ def main() -> None:
     parser.add_argument("--table", default="hammer_0,toy_car,mug_5", help="the robot's objects")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
+    need("pybullet")
     table = tuple(options.table.split(","))
     write_image(options.out, picture(options.human, table, options.task, options.seed))

@@ -33,6 +33,7 @@ from intent_inference.workshop.simulation.simulated_grasp import (
 )
 from intent_inference.workshop.simulation.stability import ShakeTest
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.late_module import need
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
 
 _TRIES = 700
@@ -145,6 +146,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--again", action="store_true", help="shake archived grasps once more")
     arguments = parser.parse_args()
+    need("pybullet")
     hand, database = (
         GraspingHand.load(arguments.hand),
         ObjectDatabase.load(arguments.models, alone=True),

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pybullet
 
 from intent_imitation.planner.plan import GraspCandidate
 from intent_imitation.workshop.trials.motions import MotionConfig, Stage, interpolate, stages
@@ -18,6 +17,7 @@ from intent_inference.grasping.contacts import PAD, Contacts
 from intent_inference.grasping.grasping_hand import GraspingHand, Preshape
 from intent_inference.grasping.urdf import urdf_text
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.late_module import LateModule
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import (
     inverse,
@@ -27,6 +27,8 @@ from intent_perception.geometry.transforms import (
     rotation_from_quaternion,
 )
 from intent_perception.objects.database import ObjectModel
+
+pybullet = LateModule("pybullet")
 
 
 @dataclass(frozen=True)

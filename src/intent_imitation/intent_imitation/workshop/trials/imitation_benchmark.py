@@ -19,6 +19,7 @@ from intent_imitation.workshop.trials.network_grasps import compared
 from intent_imitation.workshop.trials.trials import TASKS, Laboratory, TableTrial, run_trial
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.network.model_file import shipped_model
+from intent_perception.basics.late_module import need
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.workshop.figures.machine import machine
@@ -124,6 +125,8 @@ def main() -> None:
     parser.add_argument("--pictures", type=Path, default=None, help="folder for picture strips")
     parser.add_argument("--json", type=output_file, default="-", help="file, - = print")
     arguments = parser.parse_args()
+    if arguments.part != "realtime":
+        need("pybullet")
     started, cpu = time.perf_counter(), time.process_time()
     figures: dict[str, Any] = {"machine": machine(), "seed": arguments.seed}
     for name in [arguments.part] if arguments.part else PARTS:

@@ -99,7 +99,9 @@ def _demonstration(seed: int, archive: Path) -> Demonstration:
 def main(argv: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
     parser = argparse.ArgumentParser(
-        prog="intent_inference.make_demonstrations", description=__doc__
+        prog="intent_inference.make_demonstrations",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--count", type=int, default=240, help="least number of grasps")
     parser.add_argument("--each", type=int, default=40, help="least number of each task's labels")

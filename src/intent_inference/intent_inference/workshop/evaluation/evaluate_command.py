@@ -87,7 +87,11 @@ def judge_demonstrations(report: dict[str, Any], folder: Path, seed: int) -> Non
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
-    parser = argparse.ArgumentParser(prog="intent_inference.evaluate", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="intent_inference.evaluate",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("--data", required=True)
     parser.add_argument("--group", default="object_id", help="column of what must be unseen")
     parser.add_argument("--observe", default="", help="e.g. O,A or obcl,npos; default: all")

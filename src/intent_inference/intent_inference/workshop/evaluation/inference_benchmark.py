@@ -7,6 +7,7 @@ python -m intent_inference.benchmark [--part tasks|demonstrations|latency|traini
 import argparse
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,11 @@ def training_figures(data: Path, seed: int) -> dict[str, Any]:
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
-    parser = argparse.ArgumentParser(prog="intent_inference.benchmark", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="intent_inference.benchmark",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("--part", choices=PARTS, help="default: all")
     parser.add_argument("--data", default=str(SHARE / "data" / "human.csv.gz"))
     parser.add_argument("--model", default="", help="default: the shipped BN^H")
@@ -137,9 +142,9 @@ def main(argv: list[str] | None = None) -> int:
 
 def _simulation(quick: bool, seed: int) -> dict[str, Any] | None:
     """Return the figures of simulated grasps; None where pybullet is not installed."""
-    try:
-        from intent_inference.workshop.simulation.simulation_benchmark import simulation_figures
-    except ImportError:
+    if find_spec("pybullet") is None:
         return None
+    from intent_inference.workshop.simulation.simulation_benchmark import simulation_figures
+
     figures: dict[str, Any] = simulation_figures(quick=quick, seed=seed)
     return figures

@@ -172,7 +172,9 @@ def _write_still(
 
 def main(generated: Path) -> None:
     """Make the bags named on the command line, or all, by default in the given folder."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("names", nargs="*", metavar="NAME", help="bags to make; default: all")
     parser.add_argument("--seed", type=int, help="film with this seed instead of each bag's own")
     parser.add_argument("--list", action="store_true", help="only list the bags")

@@ -25,6 +25,7 @@ from intent_inference.workshop.simulation.campaign import (
 )
 from intent_inference.workshop.simulation.grasp_table import Row, write_rows
 from intent_inference.workshop.simulation.labels import TASKS
+from intent_perception.basics.late_module import need
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.geometry.coded_images import write_picture
 
@@ -63,6 +64,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
         raise ValueError(f"expected objects of the database, got {unknown}")
     refused = {}
     if not options.relabel:
+        need("pybullet")
         client = _connected(options)
         for progress in generate_all(config, wanted, options.jobs, options.backend, _report):
             if progress.problem:
@@ -78,7 +80,9 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--hand", required=True, help="human, schunk or a YAML file")
     parser.add_argument("--models", help="object database (default: the shipped 48)")
     parser.add_argument("--out", type=output_file, required=True, help="table, .csv or .csv.gz")
@@ -106,10 +110,8 @@ def _connected(options: argparse.Namespace) -> Any:
     """Return a client of the Dask cluster, or None for the other backends."""
     if options.backend != "dask":
         return None
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise ValueError("--backend dask needs the package distributed") from error
+    from distributed import Client
+
     return Client(options.scheduler) if options.scheduler else Client(processes=True)
 
 

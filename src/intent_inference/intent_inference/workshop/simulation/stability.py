@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pybullet
 
 from intent_inference.grasping.autograsp import ClosedGrasp
 from intent_inference.grasping.contacts import PAD, Contacts
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.urdf import urdf_text
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.late_module import LateModule
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import (
     inverse,
@@ -28,6 +28,7 @@ from intent_perception.geometry.transforms import (
 from intent_perception.geometry.transforms import quaternion_from_rotation as quaternion
 from intent_perception.objects.database import ObjectModel
 
+pybullet = LateModule("pybullet")
 _DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 
 

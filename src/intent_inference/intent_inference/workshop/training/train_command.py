@@ -96,7 +96,11 @@ def _add(arguments: argparse.Namespace) -> TaskModel:
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command; return its exit status."""
-    parser = argparse.ArgumentParser(prog="intent_inference.train", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="intent_inference.train",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("--data", required=True, help="CSV of grasps, columns as of `simulate`")
     parser.add_argument("--out", type=output_file, help="model file to write")
     parser.add_argument("--tasks", default="", help="label columns, by commas; default: all found")

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.arrays import Array, Floats, set_bits
 from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.rasterizer import NOTHING, rasterize
 from intent_perception.geometry.transforms import look_at
@@ -60,10 +60,10 @@ def surface_of(model: ObjectModel, count: int, rng: np.random.Generator) -> Mode
     """
     points, normals, _ = model.mesh.sample_surface(_DENSE, rng)
     front, back = _visibility(model, points, normals)
-    flipped = np.bitwise_count(back) > np.bitwise_count(front)
+    flipped = set_bits(back) > set_bits(front)
     normals = np.where(flipped[:, None], -normals, normals)
     seen = np.where(flipped, back, front)
-    kept = np.bitwise_count(seen) >= 2
+    kept = set_bits(seen) >= 2
     if kept.sum() < 50:
         raise ValueError(f"expected a surface seen from outside, {model.name} shows none")
     points, normals, seen = points[kept], normals[kept], seen[kept]

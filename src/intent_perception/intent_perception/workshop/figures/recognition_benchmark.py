@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from intent_perception.basics.late_module import need
 from intent_perception.basics.safe_files import output_file, write_text
 from intent_perception.geometry.cloud import read_cloud, view_cloud
 from intent_perception.geometry.coded_images import write_picture
@@ -197,6 +198,8 @@ def main() -> None:
     parser.add_argument("--json", type=output_file, default="-")
     parser.add_argument("--pictures", type=Path)
     arguments = parser.parse_args()
+    if arguments.part in (None, "peers"):
+        need("open3d")
     share = 10 if arguments.quick else 1
     plan = Plan(
         seed=arguments.seed,

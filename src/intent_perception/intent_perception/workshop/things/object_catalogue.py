@@ -11,6 +11,7 @@ import numpy as np
 import yaml
 
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.late_module import need
 from intent_perception.basics.safe_files import write_text
 from intent_perception.geometry.transforms import vector_from_pose
 from intent_perception.objects.database import CLUTTER, SHIPPED
@@ -104,8 +105,11 @@ def _numbers(values: Array | float) -> Any:
 
 def main() -> None:
     """Write objects.yaml, clutter.yaml and meshes/ into a folder."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--out", type=Path, default=SHIPPED.parent, help="folder to write to")
     folder = parser.parse_args().out
+    need("manifold3d")
     write_database(make_objects(), folder / SHIPPED.name)
     write_database(make_clutter(), folder / CLUTTER.name)

@@ -36,7 +36,11 @@ def posture_of(grasps: Array, rng: np.random.Generator) -> Posture:
 
 def main(arguments: list[str] | None = None) -> int:
     """Learn the prior from a table of simulated grasps; return the exit status."""
-    parser = argparse.ArgumentParser(prog="intent_tracking.posture", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="intent_tracking.posture",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("data", type=Path, help="table of simulated human grasps (CSV, gzip)")
     parser.add_argument("--out", type=output_file, default=SHIPPED)
     options = parser.parse_args(arguments)

@@ -237,7 +237,11 @@ PARTS: dict[str, Callable[[Scope], dict[str, Any]]] = {
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the benchmark; return the exit status."""
-    parser = argparse.ArgumentParser(prog="intent_tracking.benchmark", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="intent_tracking.benchmark",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("--part", choices=sorted(PARTS))
     parser.add_argument("--seed", type=int, default=0, help="from 1000 on: for reports")
     parser.add_argument("--quick", action="store_true", help="fewer seeds, frames and bags")

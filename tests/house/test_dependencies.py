@@ -1,0 +1,121 @@
+"""A machine that installs what package.xml declares can import and run everything."""
+
+import ast
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from tests.conftest import ROOT
+
+PACKAGES = sorted((ROOT / "src").glob("intent_*"))
+ROSDEP = {
+    "cv2": "python3-opencv",
+    "joblib": "python3-joblib",
+    "llvmlite": "python3-numba",
+    "matplotlib": "python3-matplotlib",
+    "numba": "python3-numba",
+    "numpy": "python3-numpy",
+    "pandas": "python3-pandas",
+    "rosbags": "python3-rosbags-pip",
+    "scipy": "python3-scipy",
+    "sklearn": "python3-sklearn",
+    "trimesh": "python3-trimesh-pip",
+    "yaml": "python3-yaml",
+}
+"""Keys of modules that rosdep installs; other modules have their own name or one of `PIP`."""
+PIP = {"ai_edge_litert": "ai-edge-litert", "distributed": "dask", "open3d": "open3d-cpu"}
+NUMPY_2 = {
+    *(
+        "acos",
+        "acosh",
+        "asin",
+        "asinh",
+        "astype",
+        "atan",
+        "atan2",
+        "atanh",
+        "bitwise_count",
+        "bool",
+    ),
+    *("bitwise_invert", "bitwise_left_shift", "bitwise_right_shift", "concat", "cumulative_prod"),
+    *("cumulative_sum", "isdtype", "long", "matrix_transpose", "matvec", "permute_dims", "pow"),
+    *("strings", "trapezoid", "ulong", "unique_all", "unique_counts", "unique_inverse"),
+    *("unique_values", "unstack", "vecdot", "vecmat"),
+    *(f"linalg.{name}" for name in ("cross", "diagonal", "matmul", "matrix_norm", "outer")),
+    *(f"linalg.{name}" for name in ("matrix_transpose", "svdvals", "tensordot", "trace")),
+    *(f"linalg.{name}" for name in ("vecdot", "vector_norm")),
+}
+"""What numpy 1.26 of Ubuntu 24.04 lacks."""
+
+
+def trees(package: Path) -> Iterator[tuple[Path, ast.Module]]:
+    """Yield the sources of a package, its set-up aside."""
+    for path in sorted(package.rglob("*.py")):
+        if path.name != "setup.py":
+            yield path, ast.parse(path.read_text(encoding="utf-8"))
+
+
+def imported(tree: ast.AST) -> Iterator[str]:
+    """Yield the top-level name of every module that is imported, at once or late."""
+    for node in ast.walk(tree):
+        names: list[str] = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [node.module or ""]
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "LateModule":
+            names = [value.value for value in node.args if isinstance(value, ast.Constant)]
+        yield from (name.partition(".")[0] for name in names)
+
+
+def foreign(package: Path) -> set[str]:
+    """Return the modules that a package imports, its own and Python's aside."""
+    found = {name for _, tree in trees(package) for name in imported(tree)}
+    return found - set(sys.stdlib_module_names) - {package.name}
+
+
+def keys(package: Path) -> set[str]:
+    """Return the dependencies that package.xml gives to rosdep."""
+    root = ElementTree.parse(package / "package.xml").getroot()
+    return {e.text or "" for kind in ("depend", "exec_depend") for e in root.findall(kind)}
+
+
+def declared(package: Path) -> set[str]:
+    """Return these, and the names that comments of package.xml give to pip."""
+    text = (package / "package.xml").read_text(encoding="utf-8")
+    comments = re.findall(r"<!--.*?brings:(.*?)-->", text, re.DOTALL)
+    return keys(package) | {word for comment in comments for word in re.findall(r"[\w-]+", comment)}
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda p: p.name)
+def test_every_import_of_a_package_is_declared_in_its_package_xml(package: Path) -> None:
+    known = declared(package)
+    wanted = {name: ROSDEP.get(name) or PIP.get(name, name) for name in foreign(package)}
+    assert {name: key for name, key in wanted.items() if key not in known} == {}
+
+
+def test_what_pip_brings_stands_in_a_list_of_requirements() -> None:
+    lists = "".join(path.read_text() for path in ROOT.glob("requirements*.txt"))
+    listed = {re.split(r"[=\[<>]", line)[0] for line in lists.splitlines()}
+    for package in PACKAGES:
+        by_pip = foreign(package) - set(ROSDEP) - keys(package)
+        assert {PIP.get(name, name) for name in by_pip} - listed <= {"ray"}
+
+
+def test_no_name_is_used_that_only_numpy_2_has() -> None:
+    found = []
+    for package in PACKAGES:
+        for path, tree in trees(package):
+            for node in ast.walk(tree):
+                name = ast.unparse(node) if isinstance(node, ast.Attribute) else ""
+                if name.removeprefix("np.") in NUMPY_2 and name.startswith("np."):
+                    found.append(f"{path.relative_to(ROOT)}:{node.lineno}: {name}")
+                if isinstance(node, ast.Call) and "save" in ast.unparse(node.func):
+                    options = {option.arg for option in node.keywords}
+                    name = "np.savez(allow_pickle)" if "allow_pickle" in options else name
+                if name.endswith((".mT", "allow_pickle)")):
+                    found.append(f"{path.relative_to(ROOT)}:{node.lineno}: {name}")
+    assert found == []
