@@ -197,8 +197,11 @@ class GraspPlanner:
         )
 
     def _options(self, task: str, of_class: bool) -> list[_Option]:
-        """Return all objects; those that are unknown, or of no class where one is asked for, have
-        no chance.
+        """Return all objects; unknown ones, or those of no class if asked, have no chance.
+
+        Args:
+            task: what they shall serve.
+            of_class: whether only objects of a known class are looked at.
         """
         assert self._objects is not None  # plan() has checked it
         return [
