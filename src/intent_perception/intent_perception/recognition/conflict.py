@@ -5,6 +5,7 @@ then each is put up again for choice with the others fixed, until nothing change
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,11 @@ class PixelEvidence:
     """(N, COUNTS) of `explain`."""
     factors: Floats
     """(N,) by which else the hypotheses are weighted: contour, table."""
+
+    @cached_property
+    def contrary(self) -> Floats:
+        """(N,) the evidence against each."""
+        return np.asarray(against(self.values, self.windows))
 
     def joined(self, other: "PixelEvidence") -> "PixelEvidence":
         """Return the evidence of these hypotheses and of others, in this order."""
@@ -78,7 +84,7 @@ def select(
     weight = np.where(usable, quality**_QUALITY_POWER * evidence.factors, 0.0)
     hopeful = np.flatnonzero(weight > 0.0)
     weight, match, windows = weight[hopeful], match[hopeful], evidence.windows[hopeful]
-    contrary = against(evidence.values, windows)
+    contrary = evidence.contrary[hopeful]
     chosen: list[int] = []
 
     def best() -> int | None:

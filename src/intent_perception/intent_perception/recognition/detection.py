@@ -14,7 +14,6 @@ from intent_perception.recognition.candidates import PoseJudge
 from intent_perception.recognition.confidence import confidence, features_of
 from intent_perception.recognition.conflict import (
     PixelEvidence,
-    against,
     explained_by,
     gains,
     quality_of,
@@ -449,9 +448,8 @@ class Detector:
         if worth < _LEFT * self.config.least_pixels:
             return None
         new = gains(evidence.values, evidence.windows, explained)
-        contrary = against(evidence.values, evidence.windows)
         quality = quality_of(evidence.counts) ** _SHARPNESS
-        rivals = (new - contrary) * quality * evidence.factors
+        rivals = (new - evidence.contrary) * quality * evidence.factors
         rival = float(np.max(rivals, where=models != model, initial=0.0))
         features = features_of(
             drawing,

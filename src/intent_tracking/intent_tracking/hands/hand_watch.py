@@ -131,6 +131,12 @@ class HandWatch:
         """The hand that acts, wherever it is seen."""
         return self.hand or (self.elsewhere if self.missed >= MISSED else None)
 
+    @property
+    def told(self) -> SeenHand | None:
+        """The hand seen, unless this look takes it for the other one: see `SeenHand.mirrored`."""
+        seen = self.seen
+        return None if seen is None or seen.mirrored else seen
+
     def keys_of(self, side: Side) -> KeyEvidence:
         """Return what is seen of it as evidence for a hand of a side."""
         return self._keys.get(side, NO_KEYS)
@@ -168,11 +174,11 @@ class HandWatch:
         self._note_keys(camera)
 
     def _note_keys(self, camera: Camera) -> None:
-        seen = self.seen
+        told = self.told
         self._keys = {}
-        if seen is not None and not seen.mirrored:
+        if told is not None:
             for side in SIDES:
-                self._keys[side] = key_evidence(seen, camera, side, self._key_points)
+                self._keys[side] = key_evidence(told, camera, side, self._key_points)
 
     def _note_side(self, side_of: Callable[[SeenHand], tuple[float, float]]) -> None:
         """Let the first looks at the seen hand, and then some, tell its side."""

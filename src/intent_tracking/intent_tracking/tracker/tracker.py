@@ -337,11 +337,10 @@ class Tracker:
 
     def _seen_starts(self, frame: RgbdFrame) -> list[KeyPointStart]:
         """Return starts from the networks' key points, and learn the colours of what they see."""
-        seen = self._watch.seen
-        told = seen is not None and not seen.mirrored
-        starts = self._person.starts(seen, frame) if seen is not None and told else []
-        if seen is not None and starts:
-            mask = hand_mask(frame.depth, seen.pixels, starts[0].depth)
+        told = self._watch.told
+        starts = self._person.starts(told, frame) if told is not None else []
+        if told is not None and starts:
+            mask = hand_mask(frame.depth, told.pixels, starts[0].depth)
             self._around.appearance.learn(HAND, color_bins(frame.color[mask]))
         return starts
 
@@ -395,7 +394,7 @@ class Tracker:
     ) -> Sequence[HandStart | KeyPointStart]:
         """Return the best start of each side that may be the leader's hand."""
         young = leader.age <= max(self.config.young_trials)
-        if self._watch.seen is not None and not self._watch.seen.mirrored:
+        if self._watch.told is not None:
             return self._seen_starts(frame)
         side = leader.track.hand.side
         sides = SIDES if young else (side,)
