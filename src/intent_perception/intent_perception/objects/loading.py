@@ -1,6 +1,6 @@
 """One entry of an object database file -> ObjectModel; what the entry leaves out is computed.
 
-Optional keys of an entry: `up` (x, y, z, -x, -y or -z: the axis of the file that points up from a
+Optional keys of an entry: `class` (none: of no class that the networks know); `up` (x, y, z, -x, -y or -z: the axis of the file that points up from a
 standing vessel, or from a tool's handle to its working end; the object's frame is turned so that
 it becomes z, and the keys below are in that frame); `color` [r, g, b] in 0..1; `mass` [kg] or
 `density` [kg/m³]; `friction`;
@@ -38,8 +38,10 @@ from intent_perception.objects.symmetry import find_symmetry
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Metres in each unit that a mesh may be stored in."""
 
-_KEYS = {"name", "mesh", "unit", "class"}
-_OPTIONAL = {"up", "color", "mass", "density", "friction", "functions", "symmetry", "stable_poses"}
+_KEYS = {"name", "mesh", "unit"}
+_OPTIONAL = {
+    "class", "up", "color", "mass", "density", "friction", "functions", "symmetry", "stable_poses",
+}  # fmt: skip
 _LARGEST, _SMALLEST = 1.0, 0.005
 _FARTHEST = 10.0
 """Coordinates of an object [m] and turns [rad] beyond are mistakes."""
@@ -84,7 +86,7 @@ def _model(entry: dict[str, Any], path: Path) -> tuple[ObjectModel, list[str]]:
     name = str(entry["name"])
     if not name or any(character.isspace() or character == "/" for character in name):
         raise ValueError(f"expected a name without blanks and slashes, got {name!r}")
-    object_class, note = checked_class(str(entry["class"]))
+    object_class, note = checked_class(str(entry["class"])) if "class" in entry else ("", None)
     if entry["unit"] not in UNITS:
         raise ValueError(f"expected a unit of {', '.join(UNITS)}, got {entry['unit']!r}")
     scale = UNITS[entry["unit"]]
