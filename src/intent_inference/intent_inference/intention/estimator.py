@@ -1,11 +1,15 @@
 """From a grasp or a reach to the probability of each task (Sec. IV-C)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from intent_inference.intention.reach import ReachConfig, ReachFilter
+from intent_inference.intention.class_priors import ClassPriors
+from intent_inference.intention.held_intention import HeldIntention, Rests, intended
+from intent_inference.intention.reach import ReachConfig, ReachFilter, ReachForecast
+from intent_inference.motion.motion_network import NOTHING, MotionNetwork, shipped_motion
 from intent_inference.network.junction_tree import junction_tree_log_odds
 from intent_inference.network.model_file import load_model, shipped_model
 from intent_inference.network.probability_calibration import sigmoid
@@ -28,7 +32,11 @@ class Contribution:
     task: str
     variable: str
     log_odds: float
-    """Calibrated log-odds with the variable less those without it."""
+    """Calibrated log-odds with the variable less those without it; of a measure of motion, what it
+    added to log p(motion | task) less the mean over the meanings."""
+
+
+STAGES = ("REACH", "GRASP", "TRANSPORT", "ACT", "PUT_BACK")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,13 +49,19 @@ class TaskPosterior:
     object_class: str
     tasks: tuple[str, ...]
     probability: Array
-    """(T,) p(task | evidence) of each task's networks; they need not sum to one."""
+    """(T,) what the grasp *affords*: p(task | evidence) of each task's networks; they need not sum
+    to one."""
+    intends: Array
+    """(T + 1,) what the person *means*, by prior, grasp and motion so far: one distribution over
+    the tasks and, last, "none of these"; sums to one."""
+    stage: str
+    """One of `STAGES`."""
     best: str | None
-    """Most probable task above the threshold; None: none of these tasks."""
+    """Most probable of `intends` among the tasks that the grasp is good for; None: none."""
     above_threshold: tuple[str, ...]
     """Tasks that the grasp is good for, most probable first."""
     preliminary: bool
-    """The hand is still reaching: a forecast from the frames so far."""
+    """No grasp has been stable yet: a forecast from the frames so far."""
     unknown_score: float
     """-log p(evidence): high for an object or grasp unlike all in training."""
     missing: tuple[str, ...]
@@ -64,9 +78,23 @@ class TaskPosterior:
                 f"expected a probability in 0..1 of {', '.join(self.tasks)}, "
                 f"got {self.probability.tolist()}"
             )
+        if self.intends.shape != (len(self.tasks) + 1,) or not (
+            np.all(self.intends >= 0.0) and abs(float(self.intends.sum()) - 1.0) < 1e-6
+        ):
+            raise ValueError(
+                f"expected intends over {', '.join(self.meanings)} that sums to one, "
+                f"got {self.intends.tolist()}"
+            )
+        if self.stage not in STAGES:
+            raise ValueError(f"expected a stage of {', '.join(STAGES)}, got {self.stage!r}")
         named = {self.best, *self.above_threshold} - {None}
         if not named <= set(self.tasks):
             raise ValueError(f"expected {', '.join(map(str, named))} among the tasks {self.tasks}")
+
+    @property
+    def meanings(self) -> tuple[str, ...]:
+        """What `intends` is about: the tasks and, last, none of these."""
+        return (*self.tasks, NOTHING)
 
 
 @dataclass(frozen=True)
@@ -77,6 +105,11 @@ class InferenceConfig(Checked):
     """Model file; empty: the shipped BN^H."""
     models: str = ""
     """Object database (YAML file or folder); empty: the shipped objects."""
+    motion: str = ""
+    """Motion network that `train motion` wrote; empty: the shipped one."""
+    priors: str = ""
+    """YAML file of how often people mean each task, {class or any: {task: weight}}; empty: every
+    task alike, none of these half as often."""
     threshold: float = 0.5
     """A grasp is good for the tasks whose probability is above this, 0.001..0.999."""
     prior: float = 0.5
@@ -113,7 +146,13 @@ class IntentionEstimator:
         self.database = ObjectDatabase.load(self._config.models or None)
         """Objects that may be held; it learns shapes that are estimated on the way."""
         self._reach = ReachFilter(self._model, self.database, reach)
+        self._release = reach.release
+        self._motion = _motion_of(self._config.motion)
+        self._priors = ClassPriors({})
+        if self._config.priors:
+            self._priors = ClassPriors.load(self._config.priors)
         self._prior = float(np.log(self._config.prior / (1.0 - self._config.prior)))
+        self.reset()
 
     @property
     def model(self) -> TaskModel:
@@ -121,8 +160,14 @@ class IntentionEstimator:
         return self._model
 
     def reset(self) -> None:
-        """Forget the reach so far."""
+        """Forget reach, grasp and motion so far."""
         self._reach.reset()
+        self._rests = Rests()
+        self._held: HeldIntention | None = None
+        self._last: TaskPosterior | None = None
+        self._affords = np.zeros(len(self._model.tasks))
+        self._came_from: Array | None = None
+        self._newest = -1
 
     def rehearse(self) -> None:
         """Go through an invented grasp, so that the first real one finds everything loaded."""
@@ -134,16 +179,15 @@ class IntentionEstimator:
         self.reset()
 
     def step(self, observation: StableGrasp | SceneState) -> TaskPosterior | None:
-        """Return the posterior of a stable grasp, or a preliminary one of a frame of a reach.
+        """Return the posterior of a stable grasp or of a frame: of a reach, then of the motion.
 
-        A frame says nothing (None) while no hand is tracked, none is near an object, or the grasped
-        object has not been let go of.
+        A frame says nothing (None) while no hand is tracked or none is near an object.
         """
         if isinstance(observation, StableGrasp):
-            return self._final(observation)
-        return self._preliminary(observation)
+            return self._grasped(observation)
+        return self._frame(observation)
 
-    def _final(self, grasp: StableGrasp) -> TaskPosterior:
+    def _grasped(self, grasp: StableGrasp) -> TaskPosterior:
         self._reach.hold(grasp.object_id)
         features = stack_features([grasp.features])
         deviations = least_deviations(features, self._config, stack_features([grasp.std]))
@@ -151,26 +195,102 @@ class IntentionEstimator:
         odds = None
         if self._config.engine == "junction-tree":
             odds = junction_tree_log_odds(self._model, evidence)
-        log_odds = self._model.calibrated_log_odds(evidence, odds)[0] + self._prior
-        return self._posterior(
-            grasp.stamp, grasp.object_id, grasp.object_class, log_odds, evidence, False
+        self._affords = self._model.calibrated_log_odds(evidence, odds)[0]
+        if self._held is None or self._held.object_id != grasp.object_id:
+            self._held = self._taken(grasp.object_id, grasp.object_class)
+        intends, stage = self._held.intends(self._affords), self._held.stage(self._affords)
+        self._last = self._posterior(
+            grasp.stamp, grasp.object_id, grasp.object_class, self._affords, evidence, intends,
+            stage, preliminary=False,
+        )  # fmt: skip
+        return self._with_motion(self._last)
+
+    def _taken(self, object_id: str, object_class: str) -> HeldIntention:
+        return HeldIntention(
+            self._motion, self._model.tasks, self._priors, object_id, object_class
         )
 
-    def _preliminary(self, state: SceneState) -> TaskPosterior | None:
-        found = self._reach.step(state)
-        if found is None:
+    def _frame(self, state: SceneState) -> TaskPosterior | None:
+        if state.stamp < self._newest:  # another recording begins
+            self.reset()
+        self._newest = state.stamp
+        if not state.hand_tracked:
+            self._reach.step(state)
+            self._rests.step(state, () if self._held is None else (self._held.object_id,))
             return None
-        index = found.target
+        if self._came_from is None:
+            self._came_from = state.T_table_hand[:3, 3]
+        gaps = self._reach.gaps(state)
+        self._rests.step(state, [name for name, gap in gaps.items() if gap < self._release])
+        held = self._held
+        if held is not None and gaps.get(held.object_id, 0.0) >= self._release:
+            self._held, self._came_from = None, state.T_table_hand[:3, 3]
+            last, self._last = self._last, None
+            if last is not None:  # the object has been let go of: the last word about it
+                self._reach.step(state)
+                return replace(last, stamp=state.stamp, stage="PUT_BACK")
+        if self._held is not None and self._last is not None:
+            return self._moving(state, self._held, self._last)
+        found = self._reach.step(state)
+        return None if found is None else self._forecast(state, found, gaps)
+
+    def _forecast(
+        self, state: SceneState, found: ReachForecast, gaps: dict[str, float]
+    ) -> TaskPosterior:
+        """Return what the reach says; a lifted object's motion counts before its grasp is stable."""
+        name, kind = state.object_ids[found.target], state.object_classes[found.target]
+        lifted = self._rests.left(name, state.T_table_objects[found.target])
+        stage, intends = "REACH", intended(
+            self._priors.of(kind, self._model.tasks), found.log_odds
+        )  # fmt: skip
+        if lifted and gaps[name] < self._release:
+            if self._held is None or self._held.object_id != name:
+                self._held = self._taken(name, kind)
+            self._follow(state, self._held)
+            intends, stage = self._held.intends(found.log_odds), self._held.stage(found.log_odds)
+        else:
+            self._held = None
         return self._posterior(
-            state.stamp, state.object_ids[index], state.object_classes[index],
-            found.log_odds + self._prior, found.evidence, True,
+            state.stamp, name, kind, found.log_odds, found.evidence, intends, stage,
+            preliminary=True,
         )  # fmt: skip
 
+    def _moving(
+        self, state: SceneState, held: HeldIntention, last: TaskPosterior
+    ) -> TaskPosterior | None:
+        """Return the grasp's posterior with what the motion up to this frame adds."""
+        if held.object_id not in state.object_ids:
+            return None
+        self._follow(state, held)
+        intends = held.intends(self._affords)
+        self._last = replace(
+            last, stamp=state.stamp, intends=intends, stage=held.stage(self._affords),
+            best=_best(last.tasks, last.above_threshold, intends),
+        )  # fmt: skip
+        return self._with_motion(self._last)
+
+    def _follow(self, state: SceneState, held: HeldIntention) -> None:
+        index = state.object_ids.index(held.object_id)
+        rest = self._rests.of(held.object_id)
+        if rest is not None:
+            held.step(state, index, rest, self._came_from)
+
+    def _with_motion(self, posterior: TaskPosterior) -> TaskPosterior:
+        """Return the posterior with what each measure of motion moved among its reasons."""
+        if not self._config.explain or self._held is None:
+            return posterior
+        moved = tuple(
+            Contribution(task, name, float(values[column]))
+            for name, values in self._held.moved().items()
+            for column, task in enumerate(posterior.tasks)
+        )
+        return replace(posterior, explanation=(*posterior.explanation, *moved))
+
     def _posterior(
-        self, stamp: int, object_id: str, object_class: str, log_odds: Array,
-        evidence: SoftEvidence, preliminary: bool,
+        self, stamp: int, object_id: str, object_class: str, affords: Array,
+        evidence: SoftEvidence, intends: Array, stage: str, *, preliminary: bool,
     ) -> TaskPosterior:  # fmt: skip
-        probability = sigmoid(log_odds)
+        probability = sigmoid(affords + self._prior)
         order = np.argsort(-probability)
         tasks = self._model.tasks
         above = tuple(tasks[i] for i in order if probability[i] > self._config.threshold)
@@ -184,13 +304,24 @@ class IntentionEstimator:
             object_class=object_class,
             tasks=tasks,
             probability=probability,
-            best=above[0] if above else None,
+            intends=intends,
+            stage=stage,
+            best=_best(tasks, above, intends),
             above_threshold=above,
             preliminary=preliminary,
             unknown_score=-float(self._model.log_evidence_of(evidence)[0]),
             missing=missing,
             explanation=explain(self._model, evidence) if self._config.explain else (),
         )
+
+
+def _best(tasks: tuple[str, ...], above: tuple[str, ...], intends: Array) -> str | None:
+    """Return the task most probably meant of those that the grasp is good for."""
+    return max(above, key=lambda task: intends[tasks.index(task)], default=None)
+
+
+def _motion_of(path: str) -> MotionNetwork:
+    return MotionNetwork.load(Path(path)) if path else shipped_motion()
 
 
 def least_deviations(

@@ -89,6 +89,15 @@ class ReachFilter:
         self.reset()
         self._held = object_id
 
+    def gaps(self, state: SceneState) -> dict[str, float]:
+        """Return by object id the distance of the palm to each known object's surface [m]."""
+        palm = transform_points(state.T_table_hand, palm_of(state.hand_side))
+        return {
+            name: self._gap(state, i, palm)
+            for i, name in enumerate(state.object_ids)
+            if np.isfinite(state.T_table_objects[i]).all()
+        }
+
     def step(self, state: SceneState) -> ReachForecast | None:
         """Return the forecast up to a frame; None without a hand near a known object."""
         for name in state.object_models:

@@ -22,6 +22,18 @@ GRAVITY = 9.81
 _TOOL_AXIS = np.array([0.0, 0.0, 1.0])
 """Handle -> functional end in the object frame of knife, hammer and screwdriver."""
 
+_LEAST_ACROSS = 0.35
+_RINGS, _SPOKES = 6, 24
+_DISC = np.stack(
+    [
+        np.repeat(np.sqrt((np.arange(_RINGS) + 0.5) / _RINGS), _SPOKES)
+        * turn(np.tile(np.arange(_SPOKES) * 2.0 * np.pi / _SPOKES, _RINGS))
+        for turn in (np.cos, np.sin)
+    ],
+    axis=1,
+)
+"""(144, 2) points that share a disc of radius 1 evenly."""
+
 Rule = dict[str, Any]
 Terms = dict[str, float]
 
@@ -95,14 +107,29 @@ class GraspScene:
 
 
 def hand_over_terms(scene: GraspScene, rule: Rule, bank: ReceiverBank) -> Terms:
-    """Return the margins of hand-over: a receiver finds room, no finger on the cutting edge."""
+    """Return the margins of hand-over: a receiver finds room where the object wants to be taken.
+
+    A tool is taken by its handle, a vessel that has one too: the giver leaves it free.
+    """
     share = bank.free_share(scene.centers, scene.radii, rule["receiver_gap"])
     terms = {"receivers": _above(share, rule["receivers"])}
     edge = scene.functions.edge
     if edge is not None:
         gaps = scene.target.edge_distance(scene.contacts.points)
         terms["edge"] = _above(float(gaps.min(initial=1.0)), rule["edge"])
+    if scene.functions.opening is not None and scene.functions.handle:
+        terms.update(vessel_handle_terms(scene, rule))
     return terms
+
+
+def vessel_handle_terms(scene: GraspScene, rule: Rule) -> Terms:
+    """Return the margin of a vessel's handle being left to the receiver."""
+    return {"handle": _below(scene.handle_share, rule["handle"])}
+
+
+def column_terms(scene: GraspScene, rule: Rule) -> Terms:
+    """Return the margin of the opening's free share."""
+    return {"column": _above(_open_share(scene, rule["column"]), rule["column"])}
 
 
 def direction_terms(scene: GraspScene, task: str, rule: Rule) -> Terms:
@@ -125,10 +152,8 @@ def pouring_terms(scene: GraspScene, rule: Rule) -> Terms:
     """Return the margins of pouring: free opening, a wrist that can tilt, a hold while tilted."""
     opening = scene.functions.opening
     assert opening is not None
-    column = rule["column"]
     terms = {
-        "column": _cylinder_gap(scene, column["below"], column["above"], column["radius"])
-        / column["scale"],
+        **column_terms(scene, rule),
         **direction_terms(scene, "pouring", rule),
     }
     if scene.with_forces:
@@ -179,6 +204,27 @@ def dish_washing_terms(scene: GraspScene, rule: Rule) -> Terms:
     return terms
 
 
+def _open_share(scene: GraspScene, rule: Rule) -> float:
+    """Return the share of the opening's disc that nothing of hand and forearm stands in front of.
+
+    A liquid leaves over the rim away from the hand: a fingertip over the rim takes its own width.
+    """
+    opening = scene.functions.opening
+    assert opening is not None
+    offset = scene.centers - opening.center
+    height = offset @ opening.normal
+    beside = np.maximum(np.maximum(height - rule["above"], -rule["below"] - height), 0.0)
+    shadow = np.sqrt(np.maximum(scene.radii**2 - beside**2, 0.0))
+    lateral = offset - height[:, None] * opening.normal
+    u = np.cross(opening.normal, np.eye(3)[int(np.argmin(np.abs(opening.normal)))])
+    u = u / np.linalg.norm(u)
+    v = np.cross(opening.normal, u)
+    disc = rule["radius"] * opening.radius * _DISC
+    gaps = disc[:, None] - np.stack([lateral @ u, lateral @ v], axis=1)
+    covered = np.any(np.linalg.norm(gaps, axis=2) < shadow, axis=1)
+    return float(1.0 - covered.mean())
+
+
 def _above(value: float, rule: Rule) -> float:
     return float((value - rule["at_least"]) / rule["scale"])
 
@@ -211,16 +257,29 @@ def _tool_directions(scene: GraspScene, rule: Rule) -> Terms:
             terms["edge"] = (float(edge.direction @ forearm) + 0.3) / rule["edge"]["scale"]
         return terms
     thumb = rule["thumb"]
-    margins = [_above(float(_TOOL_AXIS @ scene.thumb_side), thumb)]
+    beside = float(_TOOL_AXIS @ scene.thumb_side)
+    oblique = (beside + float(_TOOL_AXIS @ forearm)) / np.sqrt(2.0)
+    margins = [_above(beside, thumb), _above(min(oblique, beside + thumb["oblique"]), thumb)]
     if screwdriver:
         margins.append(_above(-float(_TOOL_AXIS @ scene.palm), thumb))
         margins.append((float(_TOOL_AXIS @ forearm) - thumb["along"]) / thumb["scale"])
     terms["thumb"] = max(margins)
     if edge is not None:
-        terms["edge"] = _above(float(edge.direction @ forearm), rule["edge"])
+        terms["edge"] = _above(_across_tool(edge.direction, forearm), rule["edge"])
     if face is not None:
-        terms["face"] = _above(float(face.normal @ forearm), rule["face"])
+        terms["face"] = _above(_across_tool(face.normal, forearm), rule["face"])
     return terms
+
+
+def _across_tool(direction: Array, forearm: Array) -> float:
+    """Return the cosine between a direction and the forearm, both seen along the tool's axis.
+
+    In an oblique grip the forearm leans towards the tool; what counts is where edge and face point
+    when the arm swings. A forearm along the tool turns both anyhow: the cosine shrinks with it.
+    """
+    across = forearm - (forearm @ _TOOL_AXIS) * _TOOL_AXIS
+    length = float(np.linalg.norm(across))
+    return float(direction @ across) / max(length, _LEAST_ACROSS)
 
 
 def _working_force(scene: GraspScene, rule: Rule) -> float:

@@ -15,11 +15,13 @@ from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.label_terms import (
     GraspScene,
     Terms,
+    column_terms,
     direction_terms,
     dish_washing_terms,
     hand_over_terms,
     pouring_terms,
     tool_use_terms,
+    vessel_handle_terms,
 )
 from intent_inference.workshop.simulation.receivers import receiver_bank, with_forearm
 from intent_perception.basics.arrays import Array
@@ -27,6 +29,8 @@ from intent_perception.basics.checked_files import read_yaml
 
 RULES = SHARE / "label_rules.yaml"
 TASKS = ("hand-over", "pouring", "tool-use", "dish-washing")
+_SKIN = 0.006
+"""A measured posture's skin counts as touching this far off: bones, thickness, soft flesh [m]."""
 NOT_FOR_CLASS = -1.0
 """Margin of a task that no grasp of the class affords."""
 
@@ -81,7 +85,7 @@ def label_grasp(
     if contacts is None:
         clearance = sphere_clearance(hand, target.field, spheres)
         shift = max(0.0, float(clearance.min()))  # a tracked hand may float off the surface
-        contacts = touching(hand, target.field, spheres, clearance - np.float32(shift))
+        contacts = touching(hand, target.field, spheres, clearance - np.float32(shift + _SKIN))
     centers, radii = with_forearm(hand, T_object_hand, spheres)
     scene = GraspScene(
         target,
@@ -96,6 +100,37 @@ def label_grasp(
         with_forces,
     )
     return {task: _label(scene, task, rules) for task in TASKS}
+
+
+def renewed_terms(
+    target: TaskObject, hand: GraspingHand, T_object_hand: Array, joints: Array
+) -> dict[str, Terms]:
+    """Return of each task the terms that need neither measured forces nor receivers.
+
+    Args:
+        target: the object, with annotations.
+        hand: the hand.
+        T_object_hand: (4, 4).
+        joints: (J,) [rad].
+    """
+    rules, kind = load_rules(), target.model.object_class
+    spheres = hand_spheres(hand, T_object_hand, joints)
+    clearance = sphere_clearance(hand, target.field, spheres)
+    shift = max(0.0, float(clearance.min()))
+    contacts = touching(hand, target.field, spheres, clearance - np.float32(shift))
+    centers, radii = with_forearm(hand, T_object_hand, spheres)
+    scene = GraspScene(
+        target, hand, T_object_hand, joints, contacts, centers, radii, len(spheres), 0.8, False
+    )
+    functions = scene.functions
+    renewed: dict[str, Terms] = {task: {} for task in TASKS}
+    if functions.opening is not None and functions.handle:
+        renewed["hand-over"] = vessel_handle_terms(scene, rules["hand-over"])
+    if functions.opening is not None and kind in rules["pouring"]["classes"]:
+        renewed["pouring"] = column_terms(scene, rules["pouring"])
+    if kind in rules["tool-use"]["classes"]:
+        renewed["tool-use"] = direction_terms(scene, "tool-use", rules["tool-use"])
+    return renewed
 
 
 def pointing_tasks(
