@@ -76,8 +76,9 @@ def test_a_stable_grasp_survives_with_what_was_not_observed() -> None:
 
 def test_a_posterior_survives() -> None:
     posterior = TaskPosterior(
-        STAMP, "a", "mug", ("pouring", "hand-over"), np.array([0.2, 0.7]), "hand-over",
-        ("hand-over",), False, 3.5, ("fvol",), (Contribution("pouring", "dir", -1.5),),
+        STAMP, "a", "mug", ("pouring", "hand-over"), np.array([0.2, 0.7]),
+        np.array([0.1, 0.7, 0.2]), "GRASP", "hand-over", ("hand-over",), False, 3.5, ("fvol",),
+        (Contribution("pouring", "dir", -1.5),),
     )  # fmt: skip
     assert_same(posterior_from_msg(posterior_to_msg(posterior)), posterior)
 

@@ -55,7 +55,8 @@ def posterior(stamp: int, preliminary: bool) -> TaskPosterior:
     )
     chances = np.array([0.4, 0.9, 0.05, 0.3])
     return TaskPosterior(
-        stamp, "mug_1", "mug", TASKS, chances, "pouring", ("pouring",), preliminary, 3.0,
+        stamp, "mug_1", "mug", TASKS, chances, np.array([0.2, 0.5, 0.0, 0.1, 0.2]),
+        "REACH" if preliminary else "GRASP", "pouring", ("pouring",), preliminary, 3.0,
         ("fvol",), () if preliminary else reasons,
     )  # fmt: skip
 

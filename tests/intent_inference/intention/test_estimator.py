@@ -89,7 +89,9 @@ def test_a_stable_grasp_gives_a_final_posterior_of_every_task(
     assert posterior.stamp == 7
     above = {t for t, p in zip(posterior.tasks, posterior.probability, strict=True) if p > 0.5}
     assert set(posterior.above_threshold) == above
-    assert posterior.best == (posterior.above_threshold[0] if above else None)
+    meant = dict(zip(posterior.meanings, posterior.intends, strict=True))
+    assert posterior.best == max(above, key=lambda task: meant[task], default=None)
+    assert posterior.stage == "GRASP"
 
 
 def test_unobserved_variables_are_named_and_change_the_answer(
@@ -143,8 +145,15 @@ def test_a_reach_gives_preliminary_posteriors_until_the_grasp(
         assert posterior.object_id == OBJECT
         assert {"coc", "gbvl", "fvol"} & set(posterior.missing) == {"fvol"}
     assert estimator.step(grasp_of(0)) is not None
-    assert estimator.step(state_at(0.15, stamp=200_000_000)) is None
-    assert estimator.step(state_at(0.45, stamp=400_000_000)) is not None
+    held = estimator.step(state_at(0.15, stamp=200_000_000))
+    assert held is not None
+    assert not held.preliminary
+    left = estimator.step(state_at(0.45, stamp=400_000_000))
+    assert left is not None
+    assert left.stage == "PUT_BACK"
+    reaching = estimator.step(state_at(0.42, stamp=433_000_000))
+    assert reaching is not None
+    assert (reaching.preliminary, reaching.stage) == (True, "REACH")
 
 
 def test_nothing_is_said_without_a_hand_or_far_away(estimator: IntentionEstimator) -> None:

@@ -52,7 +52,9 @@ class RunProgress:
         final = [posterior for posterior in got.posteriors if not posterior.preliminary]
         if len(final) < len(got.grasps):
             return "inference gave no conclusion on a stable grasp"
-        if len(got.plans) < sum(posterior.best is not None for posterior in final):
+        grasps = {grasp.stamp for grasp in got.grasps}
+        concluded = [p for p in final if p.stamp in grasps and p.best is not None]
+        if len({plan.stamp for plan in got.plans}) < min(len(concluded), 1):
             return "imitation gave no plan for a concluded task"
         return ""
 

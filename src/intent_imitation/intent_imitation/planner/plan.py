@@ -76,6 +76,8 @@ class GraspPlan:
     """Name of the robot hand."""
     joint_names: tuple[str, ...]
     """(J,) order of the joint postures."""
+    cancelled: bool = False
+    """The intention that the plan for `task` answered no longer holds: stop."""
 
     @property
     def nothing_recognised(self) -> bool:
@@ -87,6 +89,8 @@ class GraspPlan:
         """Why there is no grasp, in words; "" where there is one."""
         if self.grasps:
             return ""
+        if self.cancelled:
+            return "the intention has changed"
         if self.nothing_recognised:
             return "nothing was recognised on its table"
         return f"nothing on its table affords {self.task}"

@@ -43,6 +43,11 @@ class PlannerConfig(Checked):
     minimum_grasp: float = 0.6
     """Least p(t* | o, a) of its best reachable grasp; below, the object is unfit. Chosen on objects
     that BN^R was not trained on, where 0.5 accepts tools with no fitting grasp in reach; 0..1."""
+    intention: float = 0.1
+    """Least probability, of what the person means (`intends`), of a task that is planned for,
+    0..1."""
+    overtake: float = 0.1
+    """Another task must be meant by so much more before its plan takes the place of one, 0..1."""
     table_gap: float = 0.001
     """Least gap between hand and table on the way [m], -0.05..0.1."""
     neighbour_gap: float = 0.005
@@ -115,6 +120,7 @@ class GraspPlanner:
         self._source = HypothesisSource(database, library, self._hand, self._config.unshaken)
         self._example = database.example
         self._objects: RecognizedObjects | None = None
+        self.forget()
         self._chances: dict[tuple[str, str], tuple[Array, Array]] = {}
 
     def start(self, objects: RecognizedObjects) -> None:
@@ -150,11 +156,42 @@ class GraspPlanner:
         """Return the signed distance of a model's mesh, in its object frame."""
         return self._source.distance(model)
 
+    def forget(self) -> None:
+        """Forget which task was planned for, so that the next posterior is answered anew."""
+        self._answered: tuple[str, str] | None = None
+
     def step(self, posterior: TaskPosterior) -> GraspPlan | None:
-        """Return the answer to a final posterior; None while it is preliminary or says nothing."""
-        if posterior.preliminary or posterior.best is None or self._objects is None:
+        """Return a plan where a task is meant, or word that the last one no longer holds.
+
+        The task is the best of the posterior, meant with at least the probability `intention`. One
+        plan answers an intention as long as it lasts; where another task is meant its plan takes
+        the place, and where none is, the plan is cancelled. None: nothing new, or not sure yet.
+        """
+        if posterior.preliminary:
+            self.forget()  # the hand reaches anew
+        if posterior.preliminary or posterior.stage == "PUT_BACK" or self._objects is None:
             return None
-        return self.plan(posterior.best, posterior.stamp)
+        meant = dict(zip(posterior.tasks, posterior.intends.tolist(), strict=False))
+        task, before = posterior.best, self._answered
+        if task is not None and meant[task] < self._config.intention:
+            task = None
+        if before is not None and before[0] == posterior.object_id:
+            holds = meant.get(before[1], 0.0)
+            if task == before[1]:
+                return None
+            if task is None and holds < 0.5 * self._config.intention:
+                self._answered = (posterior.object_id, "")
+                return self._cancelled(before[1], posterior.stamp) if before[1] else None
+            if task is None or meant[task] < holds + self._config.overtake:
+                return None
+        if task is None:
+            return None
+        self._answered = (posterior.object_id, task)
+        return self.plan(task, posterior.stamp)
+
+    def _cancelled(self, task: str, stamp: int) -> GraspPlan:
+        names = self._hand.table.joint_names
+        return GraspPlan(stamp, task, False, (), (), self._hand.name, names, cancelled=True)
 
     def plan(self, task: str, stamp: int = 0) -> GraspPlan:
         """Return the plan for a task on the table of the last start.

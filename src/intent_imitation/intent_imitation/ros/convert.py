@@ -38,6 +38,7 @@ def plan_to_msg(plan: GraspPlan, frame: str = TABLE_FRAME) -> Any:
             for choice in plan.objects
         ],
         grasps=[_grasp_to_msg(grasp, header, plan.joint_names) for grasp in plan.grasps],
+        cancelled=bool(plan.cancelled),
     )
 
 
@@ -85,4 +86,5 @@ def plan_from_msg(message: Any) -> GraspPlan:
         ),
         hand=message.hand,
         joint_names=names,
+        cancelled=message.cancelled,
     )

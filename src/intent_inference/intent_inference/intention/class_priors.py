@@ -10,6 +10,12 @@ from intent_perception.basics.arrays import Array
 from intent_perception.basics.checked_files import read_yaml
 
 ANY = "any"
+_OWN_PURPOSE = {
+    **dict.fromkeys(("bottle", "glass", "mug"), "pouring"),
+    **dict.fromkeys(("knife", "hammer", "screwdriver"), "tool-use"),
+}
+_OWN_WEIGHT = 2.0
+"""Of what a thing is made for, against any other task."""
 _NOTHING_WEIGHT = 0.5
 """Of no task at all against each single task: people take things mostly to use them."""
 
@@ -43,6 +49,7 @@ class ClassPriors:
         """Return log p(meaning) (T + 1,) of the tasks and, last, of none of these."""
         meanings = (*tasks, NOTHING)
         weight = dict.fromkeys(tasks, 1.0) | {NOTHING: _NOTHING_WEIGHT}
+        weight |= {_OWN_PURPOSE[object_class]: _OWN_WEIGHT} if object_class in _OWN_PURPOSE else {}
         weight |= self.weights.get(ANY, {}) | self.weights.get(object_class, {})
         values = np.array([weight[meaning] for meaning in meanings])
         return np.asarray(np.log(values / values.sum()))

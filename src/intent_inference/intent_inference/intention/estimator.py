@@ -36,6 +36,8 @@ class Contribution:
     added to log p(motion | task) less the mean over the meanings."""
 
 
+_AT_AN_END = 0.08
+"""A long thing may be held at its end: the palm may be so much farther away [m]."""
 STAGES = ("REACH", "GRASP", "TRANSPORT", "ACT", "PUT_BACK")
 
 
@@ -207,8 +209,9 @@ class IntentionEstimator:
 
     def _taken(self, object_id: str, object_class: str) -> HeldIntention:
         return HeldIntention(
-            self._motion, self._model.tasks, self._priors, object_id, object_class
-        )
+            self._motion, self._model.tasks, self._priors, object_id, object_class,
+            known=object_class in self._model.classes,
+        )  # fmt: skip
 
     def _frame(self, state: SceneState) -> TaskPosterior | None:
         if state.stamp < self._newest:  # another recording begins
@@ -223,7 +226,7 @@ class IntentionEstimator:
         gaps = self._reach.gaps(state)
         self._rests.step(state, [name for name, gap in gaps.items() if gap < self._release])
         held = self._held
-        if held is not None and gaps.get(held.object_id, 0.0) >= self._release:
+        if held is not None and self._let_go(held, gaps):
             self._held, self._came_from = None, state.T_table_hand[:3, 3]
             last, self._last = self._last, None
             if last is not None:  # the object has been let go of: the last word about it
@@ -237,15 +240,17 @@ class IntentionEstimator:
     def _forecast(
         self, state: SceneState, found: ReachForecast, gaps: dict[str, float]
     ) -> TaskPosterior:
-        """Return what the reach says; a lifted object's motion counts before its grasp is stable."""
+        """Return what the reach says; a lifted object's motion counts before the grasp."""
         name, kind = state.object_ids[found.target], state.object_classes[found.target]
         lifted = self._rests.left(name, state.T_table_objects[found.target])
         stage, intends = "REACH", intended(
-            self._priors.of(kind, self._model.tasks), found.log_odds
+            self._priors.of(kind, self._model.tasks), found.log_odds,
+            known=kind in self._model.classes,
         )  # fmt: skip
-        if lifted and gaps[name] < self._release:
+        if lifted and gaps[name] < self._release + _AT_AN_END:
             if self._held is None or self._held.object_id != name:
                 self._held = self._taken(name, kind)
+            self._held.hold(gaps[name])
             self._follow(state, self._held)
             intends, stage = self._held.intends(found.log_odds), self._held.stage(found.log_odds)
         else:
@@ -255,12 +260,18 @@ class IntentionEstimator:
             preliminary=True,
         )  # fmt: skip
 
+    def _let_go(self, held: HeldIntention, gaps: dict[str, float]) -> bool:
+        """Return whether the palm is away from an object, farther than while it was held."""
+        usual = max(self._release, held.palm_gap + _AT_AN_END)
+        return gaps.get(held.object_id, 0.0) >= usual
+
     def _moving(
         self, state: SceneState, held: HeldIntention, last: TaskPosterior
     ) -> TaskPosterior | None:
         """Return the grasp's posterior with what the motion up to this frame adds."""
         if held.object_id not in state.object_ids:
             return None
+        held.hold(self._reach.gaps(state).get(held.object_id, 0.0))
         self._follow(state, held)
         intends = held.intends(self._affords)
         self._last = replace(

@@ -21,24 +21,31 @@ from intent_tracking.scene.scene_state import SceneState
 
 _LEAST_RATIO = 0.02
 """Of p(grasp | t) / p(grasp): labels and tracker are wrong now and then."""
+_UNKNOWN_WEIGHT = 0.3
 _LIFTED, _TURNED = 0.03, 0.35
 """An object that moved [m] or turned [rad] so far from where it rested is being moved."""
 _STILL = 0.004
 """Between frames; what moves less is at rest [m]."""
+_GAPS = 10
+"""Frames from which the usual distance of the palm is taken."""
 _SETTLED = 10
 """Frames of rest, away from the hand, after which a new place is where an object rests."""
 
 
-def intended(log_prior: Array, affords: Array, motion: Array | None = None) -> Array:
+def intended(
+    log_prior: Array, affords: Array, motion: Array | None = None, *, known: bool = True
+) -> Array:
     """Return p(meaning) (T + 1,), the last for none of the tasks.
 
     Args:
         log_prior: (T + 1,) of the meanings.
         affords: (T,) log-odds of the tasks' balanced networks.
         motion: (T + 1,) log p(motion | meaning) up to a constant; None: no motion yet.
+        known: whether the object is of a class that the networks learned; of others they know
+            little, and what they say weighs less.
     """
-    ratio = np.maximum(2.0 * sigmoid(affords), _LEAST_RATIO)
-    score = log_prior + np.append(np.log(ratio), 0.0)
+    ratio = np.log(np.maximum(2.0 * sigmoid(affords), _LEAST_RATIO))
+    score = log_prior + np.append(ratio if known else _UNKNOWN_WEIGHT * ratio, 0.0)
     if motion is not None:
         score = score + motion
     chance = np.exp(score - score.max())
@@ -83,15 +90,28 @@ class HeldIntention:
 
     def __init__(
         self, network: MotionNetwork, tasks: tuple[str, ...], priors: ClassPriors,
-        object_id: str, object_class: str,
+        object_id: str, object_class: str, *, known: bool = True,
     ) -> None:  # fmt: skip
         """Begin with an object of a class; nothing is known of its motion."""
         self.object_id = object_id
         """The object that is held."""
         self.object_class = object_class
+        self._known = known
         self._log_prior = priors.of(object_class, tasks)
         self._filter = MotionFilter(network, tasks)
         self._motion: HeldMotion | None = None
+        self._moving = False
+        self._gaps: list[float] = []
+
+    def hold(self, gap: float) -> None:
+        """Take in how far the palm is from the held object [m]; the first ones count."""
+        if len(self._gaps) < _GAPS:
+            self._gaps.append(gap)
+
+    @property
+    def palm_gap(self) -> float:
+        """Median distance of the palm to the object as it was taken [m]."""
+        return float(np.median(self._gaps)) if self._gaps else 0.0
 
     def step(self, state: SceneState, index: int, rest: Array, came_from: Array | None) -> None:
         """Take in one frame of the object's motion.
@@ -113,12 +133,17 @@ class HeldIntention:
         known = gaps[np.isfinite(gaps)]
         other = float(known.min()) if len(known) else float("nan")
         second = state.stamp * 1e-9
-        self._filter.step(second, self._motion.step(second, poses[index], other))
+        self.take(second, self._motion.step(second, poses[index], other))
+
+    def take(self, second: float, measures: Array) -> None:
+        """Take in the measures (M,) of the motion at a stamp [s]."""
+        self._filter.step(second, measures)
+        self._moving = True
 
     def intends(self, affords: Array) -> Array:
         """Return p(meaning) (T + 1,) with the grasp's log-odds (T,) and the motion so far."""
-        motion = self._filter.log_evidence if self._motion is not None else None
-        return intended(self._log_prior, affords, motion)
+        motion = self._filter.log_evidence if self._moving else None
+        return intended(self._log_prior, affords, motion, known=self._known)
 
     def stage(self, affords: Array) -> str:
         """Return the likeliest phase."""
@@ -126,4 +151,4 @@ class HeldIntention:
 
     def moved(self) -> dict[str, Array]:
         """Return by measure of motion how far it moved the log-odds (T + 1,) so far."""
-        return self._filter.moved() if self._motion is not None else {}
+        return self._filter.moved() if self._moving else {}

@@ -104,9 +104,7 @@ def _fitted(
         jacobian = _jacobian(pose, angles, local, hand)
         normal, gradient = jacobian.T @ jacobian, jacobian.T @ residual
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), -gradient)
-        moved = make_pose(
-            pose[:3, :3] @ rotation_from_vector(step[3:6]), pose[:3, 3] + step[:3]
-        )
+        moved = make_pose(pose[:3, :3] @ rotation_from_vector(step[3:6]), pose[:3, 3] + step[:3])
         bent = np.clip(angles + step[6:], FITTED_LIMITS[:, 0] - 0.2, FITTED_LIMITS[:, 1] + 0.2)
         tried = _cost(moved, bent, target, hand)
         if tried[0] < cost:

@@ -1,1 +1,1 @@
-"""What the motion after the grasp says: soft-quantised measures, a network task -> phase, a filter."""
+"""What the motion after the grasp says: measures, a network task -> phase, a filter."""

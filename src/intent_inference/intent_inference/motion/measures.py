@@ -14,15 +14,18 @@ from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import vector_from_rotation
 
 MEASURES = (
-    "height", "out", "across", "tilt", "speed", "spin", "rise", "advance", "beats", "twist", "other"
+    "height", "out", "across", "extent", "tilt", "speed", "spin", "rise", "advance", "beats",
+    "twist", "other",
 )  # fmt: skip
-"""Height above rest [m], way out and across [m], turn of the axis that was upright [rad], speed
-[m/s], turning speed [rad/s], upward and outward velocity [m/s], reversals of direction in the last
-second, of the turn too, and horizontal distance to the nearest other object [m], NaN without one."""
+"""Height above rest [m], way out and across [m], horizontal
+distance from the person's body [m], turn of the axis that was upright [rad], speed
+[m/s], turning speed [rad/s], upward and outward velocity [m/s], reversals of direction in the
+last second, of the turn too, and horizontal distance to the nearest other object [m], NaN without one."""
 _EDGES = {
-    "height": (0.0, 0.03, 0.08, 0.16, 0.26, 0.40),
-    "out": (-0.30, -0.15, -0.06, 0.0, 0.06, 0.15, 0.30),
-    "across": (-0.25, -0.10, 0.0, 0.10, 0.25),
+    "height": (0.0, 0.03, 0.08, 0.16, 0.28, 0.42, 0.60),
+    "out": (-0.45, -0.25, -0.10, 0.0, 0.10, 0.25, 0.45),
+    "across": (-0.50, -0.25, -0.10, 0.0, 0.10, 0.25, 0.50),
+    "extent": (0.05, 0.15, 0.25, 0.35, 0.50, 0.65, 0.85),
     "tilt": (0.0, 0.3, 0.7, 1.1, 1.6, 2.3),
     "speed": (0.0, 0.06, 0.2, 0.5, 1.0),
     "spin": (0.0, 0.3, 1.0, 2.5, 5.0),
@@ -35,6 +38,8 @@ _EDGES = {
 """Centres of the cells."""
 CELLS = tuple(len(_EDGES[name]) for name in MEASURES)
 STATES = max(CELLS)
+BODY = 0.50
+"""The person's body is about this far from where the object rested [m]."""
 _SMOOTH = 0.12
 """Time constant of velocities [s]."""
 _WINDOW = 1.0
@@ -107,9 +112,10 @@ class HeldMotion:
         for _, axis in self._turns:
             counts[axis] += 1.0
         return np.array([
-            way[2], way @ out, way @ across, np.arccos(np.clip(turn[2, 2], -1.0, 1.0)),
-            np.linalg.norm(self._velocity), np.linalg.norm(self._turning), self._velocity[2],
-            self._velocity @ out, counts[:3].max(), counts[3:].max(), other,
+            way[2], way @ out, way @ across, np.hypot(way @ out + BODY, way @ across),
+            np.arccos(np.clip(turn[2, 2], -1.0, 1.0)),
+            np.linalg.norm(self._velocity), np.linalg.norm(self._turning),
+            self._velocity[2], self._velocity @ out, counts[:3].max(), counts[3:].max(), other,
         ])  # fmt: skip
 
     def _advance(self, elapsed: float, now: Array, before: Array) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from intent_inference import SHARE
-from intent_inference.motion.measures import CELLS, MEASURES, STATES, shares
+from intent_inference.motion.measures import MEASURES, STATES, shares
 from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.safe_files import write_arrays
@@ -172,5 +172,3 @@ class MotionFilter:
         top = float(scores.max())
         weights = np.exp(scores - top)
         return np.log(np.maximum((self._own @ weights) / self._own.sum(axis=1), 1e-300)) + top
-
-

@@ -1,6 +1,7 @@
 """One entry of an object database file -> ObjectModel; what the entry leaves out is computed.
 
-Optional keys of an entry: `class` (none: of no class that the networks know); `up` (x, y, z, -x, -y or -z: the axis of the file that points up from a
+Optional keys of an entry: `class` (none: of no class that the networks know);
+`up` (x, y, z, -x, -y or -z: the axis of the file that points up from a
 standing vessel, or from a tool's handle to its working end; the object's frame is turned so that
 it becomes z, and the keys below are in that frame); `color` [r, g, b] in 0..1; `mass` [kg] or
 `density` [kg/m³]; `friction`;

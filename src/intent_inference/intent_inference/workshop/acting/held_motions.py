@@ -18,6 +18,8 @@ from intent_perception.geometry.transforms import make_pose, rotation_from_vecto
 GRASP, TRANSPORT, ACT, BACK = range(len(PHASES))
 _JITTER, _JITTER_TURN = 0.002, 0.02
 """Of a tracked object [m], [rad]."""
+_FACING = 0.4
+"""Error of the direction away from the person, as a forearm tells it [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +33,14 @@ class Motion:
     """(F,) index of the phase."""
     other: Array
     """(2,) place of another object on the table [m], NaN: none."""
+    facing: float
+    """How far the direction to the person is estimated wrong [rad]."""
 
     def measures(self) -> Array:
         """Return the measures (F, M) as they are computed of a tracked object."""
-        held = HeldMotion(
-            self.poses[0], Person(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
-        )
+        c, s = np.cos(self.facing), np.sin(self.facing)
+        person = Person(np.array([c, s, 0.0]), np.array([-s, c, 0.0]))
+        held = HeldMotion(self.poses[0], person)
         return np.array([
             held.step(frame / RATE, pose, float(np.linalg.norm(pose[:2, 3] - self.other)))
             for frame, pose in enumerate(self.poses)
@@ -48,8 +52,14 @@ class _Stage:
 
     def __init__(self, rng: np.random.Generator) -> None:
         self.rng = rng
-        self.pace = float(np.exp(rng.normal(0.0, 0.3)))
+        self.pace = float(np.exp(rng.normal(-0.2, 0.35)))
         self.size = float(rng.uniform(0.75, 1.3))
+        self.body = float(rng.uniform(0.30, 0.70))
+        """How far behind the object the person is [m]."""
+        self.upright = bool(rng.random() < 0.5)
+        """A full vessel is kept upright; other things are turned at will."""
+        self.mouth = float(rng.uniform(0.22, 0.80))
+        """How high above the object: people sit at tables or stand before them [m]."""
         self.other = np.full(2, np.nan)
         if rng.random() < 0.6:
             self.other = rng.uniform(0.12, 0.5) * _circle(rng)
@@ -84,7 +94,8 @@ class _Stage:
         way = float(np.linalg.norm(out - self.place))
         seconds = self.pace * self.rng.uniform(0.45, 0.8) * (0.6 + 1.6 * way)
         if self.rng.random() < 0.3:  # first straight up
-            up = self.place + [0.0, 0.0, self.rng.uniform(0.3, 1.0) * max(out[2], 0.04)]
+            up = self.place.copy()
+            up[2] += self.rng.uniform(0.3, 1.0) * max(out[2], 0.04)
             self.go(0.4 * seconds, up, self.turn, phase)
         self.go(seconds, out, tilt, phase)
 
@@ -131,8 +142,19 @@ def _tilt(s: _Stage, low: float, high: float, towards: float | None = None) -> A
     return np.asarray(rotation_from_vector(axis * angle) @ rotation_from_vector(spin))
 
 
+def _turned(s: _Stage) -> Array:
+    """Return a turn of something that is not used yet."""
+    return _tilt(s, 0, 40) if s.upright else _tilt(s, 0, 150)
+
+
+def _face(s: _Stage) -> Array:
+    """Return a place before the person's face."""
+    draw = s.rng.uniform
+    return np.array([-s.body + draw(0.08, 0.28), draw(-0.10, 0.28), s.mouth * draw(0.8, 1.1)])
+
+
 def _drink(s: _Stage) -> None:
-    mouth = _place(s, (-0.40, -0.04), (-0.08, 0.20), (0.20, 0.45))
+    mouth = _face(s)
     s.carry(mouth, _tilt(s, 0, 25, np.pi))
     for _ in range(int(s.rng.integers(1, 3))):
         s.go(s.pace * s.rng.uniform(0.3, 0.8), mouth, _tilt(s, 15, 75, np.pi), ACT)
@@ -141,7 +163,8 @@ def _drink(s: _Stage) -> None:
 
 
 def _toast(s: _Stage) -> None:
-    s.carry(_place(s, (0.0, 0.35), (-0.15, 0.2), (0.15, 0.42)), _tilt(s, 0, 20))
+    height = s.mouth * s.rng.uniform(0.6, 1.05)
+    s.carry(np.array([*_place(s, (0.0, 0.35), (-0.2, 0.4), (0, 1))[:2], height]), _tilt(s, 0, 20))
     s.rest(s.rng.uniform(0.2, 1.2), ACT)
     if s.rng.random() < 0.6:
         _drink(s)
@@ -161,18 +184,26 @@ def _pour(s: _Stage) -> None:
 
 
 def _pass(s: _Stage) -> None:
-    s.carry(_place(s, (0.08, 0.50), (-0.25, 0.25), (0.02, 0.32)), _tilt(s, 0, 45))
+    # Whoever takes it stands anywhere before or beside the person; the arm reaches out to there.
+    side = s.rng.uniform(-2.0, 2.0)
+    reach = s.size * s.rng.uniform(0.50, 0.85)
+    height = s.rng.uniform(0.02, 1.0) * min(s.mouth, 0.65)
+    there = np.array([reach * np.cos(side) - s.body, reach * np.sin(side), height])
+    s.carry(there, _turned(s))
     s.rest(s.rng.uniform(0.6, 3.0), ACT)
     if s.rng.random() < 0.4:
         s.back()
 
 
 def _offhand(s: _Stage) -> None:
-    middle = _place(s, (-0.22, 0.08), (0.06, 0.30), (0.05, 0.35))
-    s.carry(middle, _tilt(s, 0, 60))
+    middle = np.array([
+        -s.body + s.rng.uniform(0.20, 0.50), s.rng.uniform(-0.10, 0.28),
+        s.rng.uniform(0.15, 0.80) * s.mouth,
+    ])  # fmt: skip
+    s.carry(middle, _turned(s))
     s.rest(s.rng.uniform(0.3, 1.5), ACT)
     s.go(s.pace * 0.8, middle + _place(s, (-0.1, 0.1), (0.0, 0.25), (-0.1, 0.1)),
-         _tilt(s, 0, 60), ACT)  # fmt: skip
+         _turned(s), ACT)  # fmt: skip
     s.back()
 
 
@@ -185,7 +216,7 @@ def _wash(s: _Stage) -> None:
 
 
 def _strike(s: _Stage) -> None:
-    s.carry(_place(s, (-0.15, 0.15), (-0.15, 0.20), (0.04, 0.30)), _tilt(s, 20, 100))
+    s.carry(_place(s, (-0.30, 0.15), (-0.15, 0.25), (0.04, 0.60)), _tilt(s, 20, 110))
     way = np.array([*s.rng.normal(0.0, 0.03, 2), s.rng.uniform(0.03, 0.14)])
     s.swing(s.rng.uniform(0.8, 4.0), way, s.rng.normal(0.0, 0.3, 3), s.rng.uniform(0.8, 3.5))
     s.back()
@@ -206,11 +237,12 @@ def _screw(s: _Stage) -> None:
 
 
 def _inspect(s: _Stage) -> None:
-    s.carry(_place(s, (-0.30, 0.05), (-0.10, 0.22), (0.06, 0.38)), _tilt(s, 0, 50))
+    near = _place(s, (-0.30, 0.05), (-0.10, 0.22), (0.06, 0.38))
+    s.carry(_face(s) if s.rng.random() < 0.7 else near, _turned(s))
     for _ in range(int(s.rng.integers(1, 5))):
         s.go(s.pace * s.rng.uniform(0.5, 1.5), s.place + s.rng.normal(0.0, 0.02, 3),
-             _tilt(s, 0, 80), ACT)  # fmt: skip
-        s.rest(s.rng.uniform(0.0, 1.0), ACT)
+             _turned(s), ACT)  # fmt: skip
+        s.rest(s.rng.uniform(0.0, 1.5), ACT)
     s.back()
 
 
@@ -257,4 +289,5 @@ def held_motion(kind: str, rng: np.random.Generator) -> Motion:
     """Return one motion of a kind, of a person drawn anew."""
     stage = _Stage(rng)
     KINDS[kind][1](stage)
-    return Motion(kind, np.array(stage.poses), np.array(stage.phases), stage.other)
+    facing = float(rng.normal(0.0, _FACING))
+    return Motion(kind, np.array(stage.poses), np.array(stage.phases), stage.other, facing)

@@ -44,7 +44,8 @@ def network_of(motions: list[Motion], weight: float) -> MotionNetwork:
             counts[:, kind, phase] += shares(measures)
     return MotionNetwork(
         kinds, tuple(KINDS[kind][0] for kind in kinds),
-        moves / moves.sum(axis=2, keepdims=True), counts / counts.sum(axis=3, keepdims=True), weight,
+        moves / moves.sum(axis=2, keepdims=True), counts / counts.sum(axis=3, keepdims=True),
+        weight,
     )  # fmt: skip
 
 

@@ -1,12 +1,13 @@
 """Command: the figures of inference and of the simulated grasps as JSON.
 
-python -m intent_inference.benchmark [--part tasks|demonstrations|latency|training|simulation]
-    [--json FILE|-] [--seed S] [--quick]
+python -m intent_inference.benchmark
+    [--part tasks|demonstrations|latency|training|simulation|human|motion] [--bags FOLDER …] [--json FILE|-] [--seed S] [--quick]
 """
 
 import argparse
 import sys
 import time
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -20,13 +21,17 @@ from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import select_rows
 from intent_inference.workshop.evaluation.demonstration_scores import demonstration_figures
 from intent_inference.workshop.evaluation.evaluation_report import ReportConfig, evaluation_report
+from intent_inference.workshop.evaluation.human_scores import human_figures
+from intent_inference.workshop.evaluation.motion_scores import motion_figures
 from intent_inference.workshop.evaluation.protocol import ProtocolConfig
 from intent_inference.workshop.training.fitting import train
 from intent_inference.workshop.training.labelled_table import read_grasps
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.workshop.figures.machine import machine
 
-PARTS = ("tasks", "demonstrations", "latency", "training", "simulation")
+PARTS = ("tasks", "demonstrations", "latency", "training", "simulation", "human", "motion")
+_NO_TASK = {"no_grasp", "unknown_object", "robot_table"}
+"""Bags that show no task with an object of the database."""
 _MASKS = {"full": "full", "partial": "partial", "partial_fig5": "partial_fig5"}
 
 
@@ -112,6 +117,10 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--data", default=str(SHARE / "data" / "human.csv.gz"))
     parser.add_argument("--model", default="", help="default: the shipped BN^H")
     parser.add_argument("--seed", type=int, default=1000)
+    parser.add_argument(
+        "--bags", type=Path, nargs="*", default=[Path("bags"), Path("bags/generated")],
+        help="folders of bags for motion",
+    )  # fmt: skip
     parser.add_argument("--quick", action="store_true", help="few trials")
     parser.add_argument("--json", type=output_file, default="-", help="file, - = print")
     arguments = parser.parse_args(argv)
@@ -130,6 +139,12 @@ def main(argv: list[str] | None = None) -> int:
     if "demonstrations" in parts:
         model = load_model(arguments.model) if arguments.model else shipped_model()
         report["demonstrations"] = demonstration_figures(model, SHARE / "data", arguments.seed)
+    if "human" in parts:
+        report["human"] = human_figures(arguments.model, arguments.seed)
+    if "motion" in parts:
+        model = load_model(arguments.model) if arguments.model else shipped_model()
+        bags = tuple(_bags_in(arguments.bags))[: 2 if arguments.quick else None]
+        report["motion"] = motion_figures(model, SHARE / "data", bags, arguments.seed)
     if "tasks" in parts:
         report.update(task_figures(data, arguments.seed, arguments.quick))
     if "simulation" in parts:
@@ -138,6 +153,17 @@ def main(argv: list[str] | None = None) -> int:
     report["wall_seconds"] = time.perf_counter() - wall
     write_json(arguments.json, report, indent=1)
     return 0
+
+
+def _bags_in(folders: list[Path]) -> Iterator[Path]:
+    """Yield every bag once that shows the use of a known object, the first of a name."""
+    seen: set[str] = set()
+    for folder in folders:
+        for truth in sorted(folder.glob("*/truth.npz")):
+            name = truth.parent.name
+            if name not in seen and name not in _NO_TASK:
+                seen.add(name)
+                yield truth.parent
 
 
 def _simulation(quick: bool, seed: int) -> dict[str, Any] | None:

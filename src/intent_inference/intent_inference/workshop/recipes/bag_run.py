@@ -29,6 +29,8 @@ class BagRun:
     """Each stable grasp with its frame."""
     posteriors: list[TaskPosterior] = field(default_factory=list)
     """The final one of each grasp."""
+    said: list[TaskPosterior] = field(default_factory=list)
+    """All of them, while the hand reaches and moves too."""
 
 
 def models_file(bag: Path) -> Path | None:
@@ -70,6 +72,10 @@ def run_frames(frames: Iterable[RgbdFrame], database: ObjectDatabase, models: st
             posterior = estimator.step(grasp)
             assert posterior is not None
             run.posteriors.append(posterior)
+        else:
+            posterior = estimator.step(state)
+        if posterior is not None:
+            run.said.append(posterior)
     return run
 
 
