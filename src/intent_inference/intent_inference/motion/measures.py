@@ -20,7 +20,8 @@ MEASURES = (
 """Height above rest [m], way out and across [m], horizontal
 distance from the person's body [m], turn of the axis that was upright [rad], speed
 [m/s], turning speed [rad/s], upward and outward velocity [m/s], reversals of direction in the
-last second, of the turn too, and horizontal distance to the nearest other object [m], NaN without one."""
+last second, of the turn too, and horizontal distance to the nearest other object [m],
+NaN without one."""
 _EDGES = {
     "height": (0.0, 0.03, 0.08, 0.16, 0.28, 0.42, 0.60),
     "out": (-0.45, -0.25, -0.10, 0.0, 0.10, 0.25, 0.45),

@@ -171,4 +171,5 @@ class MotionFilter:
     def _by_meaning(self, scores: Array) -> Array:
         top = float(scores.max())
         weights = np.exp(scores - top)
-        return np.log(np.maximum((self._own @ weights) / self._own.sum(axis=1), 1e-300)) + top
+        means = (self._own @ weights) / self._own.sum(axis=1)
+        return np.asarray(np.log(np.maximum(means, 1e-300)) + top)

@@ -1,6 +1,7 @@
 """The motion network learned from simulated motions, and how well it tells others of them."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,7 +40,8 @@ def network_of(motions: list[Motion], weight: float) -> MotionNetwork:
         counts[row, :, :, :cells] = _PSEUDO
     for motion in motions:
         kind = kinds.index(motion.kind)
-        np.add.at(moves[kind], (motion.phases[:-1], motion.phases[1:]), 1.0)
+        for before, after in pairwise(motion.phases):
+            moves[kind, before, after] += 1.0
         for phase, measures in zip(motion.phases, motion.measures(), strict=True):
             counts[:, kind, phase] += shares(measures)
     return MotionNetwork(

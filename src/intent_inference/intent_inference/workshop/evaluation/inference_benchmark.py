@@ -1,7 +1,8 @@
 """Command: the figures of inference and of the simulated grasps as JSON.
 
 python -m intent_inference.benchmark
-    [--part tasks|demonstrations|latency|training|simulation|human|motion] [--bags FOLDER …] [--json FILE|-] [--seed S] [--quick]
+    [--part tasks|demonstrations|latency|training|simulation|human|motion]
+    [--bags FOLDER …] [--json FILE|-] [--seed S] [--quick]
 """
 
 import argparse
