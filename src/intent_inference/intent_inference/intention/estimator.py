@@ -108,7 +108,7 @@ class InferenceConfig(Checked):
     models: str = ""
     """Object database (YAML file or folder); empty: the shipped objects."""
     motion: str = ""
-    """Motion network that `train motion` wrote; empty: the shipped one."""
+    """Motion network that `train_motion` wrote; empty: the shipped one."""
     priors: str = ""
     """YAML file of how often people mean each task, {class or any: {task: weight}}; empty: every
     task alike, none of these half as often."""
