@@ -58,7 +58,7 @@ def _bags(bags: tuple[Path, ...]) -> dict[str, Any]:
             continue
         first = run.posteriors[0]
         last = _second_after(run)
-        grasp.append(first.tasks[int(np.argmax(first.intends[:-1]))] == task)
+        grasp.append(first.meanings[int(np.argmax(first.intends))] == task)
         later.append(last.meanings[int(np.argmax(last.intends))] == task)
         if not later[-1]:
             wrong.append(bag.name)
@@ -108,7 +108,7 @@ def _films(model: TaskModel, data: Path, rng: np.random.Generator) -> dict[str, 
             continue
         prior, tasks = priors.of(kinds[row], model.tasks), model.tasks
         start = intended(prior, affords[row])
-        at_grasp.append(tasks[int(np.argmax(start[:-1]))] == shown[row])
+        at_grasp.append((*tasks, "")[int(np.argmax(start))] == shown[row])
         filtered = _filtered(motions, int(own[0]), tasks, rng)
         meant = intended(prior, affords[row], filtered.log_evidence)
         best = int(np.argmax(meant))
