@@ -202,7 +202,7 @@ class HandWatch:
         if unsure or looks < _SIDE_LOOKS or looks % _SIDE_PERIOD == 0:
             worth, explained = tell(seen, SIDES)
             odds = min(max(odds + worth, -_MOST_ODDS), _MOST_ODDS)
-        elif self._doubted:
+        elif self._doubted and looks % 2 == 0:
             explained = tell(seen, ("right" if odds > 0.0 else "left",))[1]
         self._sides[seen.identity] = odds, explained, looks + 1
         sided = replace(seen, right=1.0 / (1.0 + math.exp(-odds)), explained=explained)
