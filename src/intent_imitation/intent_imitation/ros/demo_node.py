@@ -39,15 +39,15 @@ class DemoNode(Node):
         self.collected = Collected()
         self.progress = RunProgress(stamps_of(bag), patience, time.monotonic())
         got = self.collected
-        self._hear_objects("", got.objects)
-        self._hear_objects("/robot", got.robot_objects)
-        self._hear(msgs.SceneState, "/intent/scene_state", state_from_msg, got.states, RESULTS)
-        self._hear(msgs.StableGrasp, "/intent/stable_grasp", grasp_from_msg, got.grasps)
-        self._hear(msgs.TaskPosterior, "/intent/task_posterior", posterior_from_msg, got.posteriors)
-        self._hear(msgs.GraspPlan, "/intent/grasp_plan", plan_from_msg, got.plans)
-        self.create_subscription(CameraInfo, "/rgb/camera_info", self._on_info, 10)
+        self._hear_objects("intent", got.objects)
+        self._hear_objects("robot/intent", got.robot_objects)
+        self._hear(msgs.SceneState, "intent/scene_state", state_from_msg, got.states, RESULTS)
+        self._hear(msgs.StableGrasp, "intent/stable_grasp", grasp_from_msg, got.grasps)
+        self._hear(msgs.TaskPosterior, "intent/task_posterior", posterior_from_msg, got.posteriors)
+        self._hear(msgs.GraspPlan, "intent/grasp_plan", plan_from_msg, got.plans)
+        self.create_subscription(CameraInfo, "rgb/camera_info", self._on_info, 10)
         for name in ("tracker", *FOLLOWERS):
-            topic = f"/{name}/processed"
+            topic = f"{name}/processed"
             done = guarded(self, topic, partial(self._on_done, name))
             self.create_subscription(Header, topic, done, LATCHED)
 
@@ -70,7 +70,7 @@ class DemoNode(Node):
             (msgs.ObjectShapes, "shapes", heard.on_shapes),
             (msgs.RecognizedObjects, "objects", heard.on_objects),
         ):
-            topic = f"{namespace}/intent/{name}"
+            topic = f"{namespace}/{name}"
             self.create_subscription(kind, topic, guarded(self, topic, take), LATCHED)
 
     def _hear(self, kind: Any, topic: str, convert: Any, into: Any, qos: Any = LATCHED) -> None:
