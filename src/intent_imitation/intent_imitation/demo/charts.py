@@ -9,18 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from intent_imitation.demo.palette import GRID, INK, SOFT, SPARE_COLORS, TASK_COLORS, task_color
 from intent_imitation.planner.plan import GraspPlan, ObjectChoice
 from intent_inference.intention.estimator import TaskPosterior
 from intent_perception.basics.safe_files import written_beside
 
-TASK_COLORS = {
-    "hand-over": "#0072B2",
-    "pouring": "#009E73",
-    "tool-use": "#D55E00",
-    "dish-washing": "#8A5FBF",
-}
-SPARE_COLORS = ("#B8860B", "#56748C", "#A0466B", "#4E7D3A")
-INK, SOFT, GRID = "#1f2933", "#66727f", "#e3e8ed"
 STYLE = {
     "font.family": "DejaVu Sans",
     "font.size": 11.0,
@@ -48,14 +41,6 @@ VARIABLE_NAMES = {
     "coc": "contact centre",
     "gbvl": "grasped part",
 }
-
-
-def task_color(task: str, tasks: Sequence[str]) -> str:
-    """Return the colour of a task, the same in every picture."""
-    spare = [name for name in tasks if name not in TASK_COLORS]
-    if task in TASK_COLORS or task not in spare:
-        return TASK_COLORS.get(task, SOFT)
-    return SPARE_COLORS[spare.index(task) % len(SPARE_COLORS)]
 
 
 @contextmanager

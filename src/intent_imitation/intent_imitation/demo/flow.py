@@ -7,8 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
-from intent_imitation.demo.charts import INK, SOFT, figure, object_bars, posterior_bars
+from intent_imitation.demo.charts import figure, object_bars, posterior_bars
 from intent_imitation.demo.mesh_pictures import Image
+from intent_imitation.demo.palette import INK, SOFT
 from intent_imitation.planner.plan import GraspPlan
 from intent_inference.intention.estimator import TaskPosterior
 

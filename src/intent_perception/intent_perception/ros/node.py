@@ -230,6 +230,10 @@ class IntentNode(Node):
         if answered:
             self.acknowledge(header)
 
+    def note_step(self, seconds: float) -> None:
+        """Count a step that went well and took so long [s]."""
+        self._health.note_step(seconds, failed=False)
+
     def acknowledge(self, header: Any) -> None:
         """Say that the input with this header has been dealt with."""
         self._processed.publish(header)
