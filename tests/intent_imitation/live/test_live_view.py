@@ -32,12 +32,12 @@ def test_without_a_hand_in_view_no_probability_is_current(run: DemoRecord) -> No
     keeper = kept(run, len(run.states))
     unseen = replace(run.states[-1], hand_visible=False, state=run.states[0].state)
     keeper.note_state(unseen)
-    assert (keeper.belief.stage, keeper.belief.current) == ("no hand in view", False)
+    assert (keeper.belief.stage, keeper.belief.current) == ("not in view", False)
 
 
 def test_without_the_tracker_that_is_said() -> None:
     keeper = BeliefKeeper()
-    assert keeper.belief.stage == "waiting for the tracker"
+    assert keeper.belief.stage == "unknown, the tracker is silent"
     assert keeper.belief.chances == ()
 
 

@@ -4,6 +4,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
+from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TextIO
@@ -87,6 +89,8 @@ def record_of(options: argparse.Namespace, collected: Collected) -> DemoRecord:
         frames_lost=lost,
         frames_left_out=len(stamps) - len(readable),
         seconds=round(seconds, 3),
+        written=datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"),
+        version=version("intent_imitation"),
     )
 
 

@@ -50,10 +50,10 @@ def draw_flow(
             _nothing(axes, "no stable grasp was seen")
         _photo(canvas, (0.692, _TOP, 0.292, _ROW), robot_table, "3   The robot's own table")
         axes = _panel(canvas, (0.825, _BOTTOM + 0.05, 0.14, _ROW - 0.09), "4   Object:  p(o | t*)")
-        if plan is not None and plan.objects:
+        if plan is not None and any(choice.judged for choice in plan.objects):
             object_bars(axes, plan)
         else:
-            _nothing(axes, "nothing was recognised")
+            _nothing(axes, why_no_object(plan))
         _hypotheses(canvas, hypotheses, plan)
         _photo(canvas, (0.02, _BOTTOM, 0.22, _ROW), grasp, "6   The robot's grasp")
         _arrows(canvas)
@@ -115,6 +115,13 @@ def _hypotheses(canvas: Figure, pictures: Sequence[Image], plan: GraspPlan | Non
         axes = canvas.add_axes((0.275 + width * index, _BOTTOM + 0.055, width * 0.97, 0.335))
         axes.set_axis_off()
         axes.imshow(picture, interpolation="antialiased")
+
+
+def why_no_object(plan: GraspPlan | None) -> str:
+    """Return why there is no bar of an object."""
+    if plan is None:
+        return "no task to choose for"
+    return "nothing was recognised" if plan.nothing_recognised else "nothing could be judged"
 
 
 def _nothing(axes: Axes, words: str) -> None:

@@ -27,8 +27,8 @@ def picture_of_robot_table(record: DemoRecord) -> Image | None:
         return None
     if plan is None:
         return picture_of_objects(frame, objects, record.database)
-    chances = {choice.id: choice.probability for choice in plan.objects}
-    numbers = [chances.get(item.id, 0.0) for item in objects.objects]
+    chances = {choice.id: choice.probability for choice in plan.objects if choice.judged}
+    numbers = [chances.get(item.id) for item in objects.objects]
     chosen = plan.grasps[0].object_id if plan.grasps else None
     return picture_of_objects(frame, objects, record.database, numbers, chosen)
 

@@ -26,6 +26,8 @@ class DemoTruth:
     """Stamp of the grasp [ns]."""
     joint_error: float | None
     """Mean distance of the 21 tracked joints from the truth while the hand is in view [m]."""
+    synthetic: bool = False
+    """The pixels are rendered, by bags/make.py."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +63,10 @@ class DemoRecord:
     truth: DemoTruth | None = None
     frames_left_out: int = 0
     """Frames of the bag that are damaged."""
+    written: str = ""
+    """Date and time of the run, as the report shows it."""
+    version: str = ""
+    """Of this software."""
 
     @property
     def final(self) -> TaskPosterior | None:
@@ -118,7 +124,7 @@ def _choice(choice: ObjectChoice) -> dict[str, Any]:
     return {
         "id": choice.id,
         "class": choice.object_class,
-        "probability": choice.probability,
+        "probability": choice.probability if choice.judged else None,
         "affords": choice.affords,
     }
 

@@ -9,6 +9,14 @@ from intent_inference.intention.estimator import TaskPosterior
 from intent_tracking.scene.scene_state import SceneState
 
 _NANO = 1e-9
+_WORDS = {
+    "REACH": "reaches for",
+    "GRASP": "has grasped",
+    "TRANSPORT": "carries",
+    "ACT": "uses",
+    "PUT_BACK": "puts back",
+}
+"""What the hand does with the object, at each stage of a task."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +104,7 @@ class BeliefKeeper:
             self._plan = None
         self._posterior, self._stage = posterior, stage
         values = shown_chances(posterior)[1]
-        if self._first < 0:
+        if self._first < 0 or posterior.stamp < self._first:
             self._first = posterior.stamp
         seconds = (posterior.stamp - self._first) * _NANO
         if not posterior.preliminary and seconds not in self._grasps:
@@ -130,17 +138,17 @@ class BeliefKeeper:
     def _stage_in_words(self) -> str:
         state, posterior = self._state, self._posterior
         if state is None:
-            return "waiting for the tracker"
+            return "unknown, the tracker is silent"
         if not state.hand_visible:
-            return "no hand in view"
+            return "not in view"
         if state.hand_lost:
-            return "hand lost"
+            return "lost"
         if self._stage:
-            return self._stage.lower().replace("_", " ")
+            return _WORDS.get(self._stage, self._stage.lower())
         if posterior is None or (state.stamp - posterior.stamp) * _NANO > 1.0:
             held = posterior is not None and not posterior.preliminary
-            return "grasped" if held else "hand in view"
-        return "reach" if posterior.preliminary else "grasped"
+            return _WORDS["GRASP"] if held else "in view"
+        return _WORDS["REACH" if posterior.preliminary else "GRASP"]
 
     def as_json(self) -> dict[str, Any]:
         """Return the belief and the posterior over time for the page; all finite numbers."""

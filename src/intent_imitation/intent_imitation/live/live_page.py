@@ -44,7 +44,8 @@ function draw(s){const c=$("chart"),r=window.devicePixelRatio||1,w=c.clientWidth
  g.fillStyle="#5c6873";g.strokeStyle="#e1e6eb";g.lineWidth=1;g.textAlign="right";
  for(const p of[0,.5,1]){g.beginPath();g.moveTo(L,y(p));g.lineTo(w-R,y(p));g.stroke();
   g.fillText(p.toFixed(1),L-6,y(p)+4)}
- g.textAlign="center";for(let t=Math.ceil(start/5)*5;t<=end;t+=5)g.fillText(t+" s",x(t),h-B+18);
+ for(let t=Math.ceil(start/5)*5;t<=end;t+=5){
+  g.textAlign=t>end-.6?"right":"center";g.fillText(t+" s",x(t),h-B+18)}
  g.save();g.beginPath();g.rect(L,0,w-L-R,h-B+1);g.clip();
  g.strokeStyle="#1f2933";g.setLineDash([5,4]);
  for(const t of s.grasps){g.beginPath();g.moveTo(x(t),T);g.lineTo(x(t),h-B);g.stroke()}
@@ -60,7 +61,7 @@ function draw(s){const c=$("chart"),r=window.devicePixelRatio||1,w=c.clientWidth
 let seen="";
 async function look(){try{const s=await(await fetch("state.json")).json();
  const last=s.points[s.points.length-1];
- $("status").textContent="The hand: "+s.stage+(s.object?", "+s.object:"")+
+ $("status").textContent="The hand: "+s.stage+(s.object?" "+s.object:"")+
   (s.answer?". The robot "+s.answer:"");
  $("legend").replaceChildren(...s.tasks.map((t,k)=>{const l=document.createElement("li"),
   i=document.createElement("i");i.style.background=color(t,s.tasks);

@@ -94,7 +94,7 @@ def _write_panel(panel: Image, belief: Belief) -> None:
     """Write stage, object, a bar for each task and the robot's answer."""
     _write(panel, "the hand", 34, _FAINT, 0.42)
     _write(panel, belief.stage, 60, _TEXT, 0.68, 2)
-    _write(panel, belief.object_name, 84, _TEXT, 0.5)
+    _write(panel, belief.object_name, 86, _TEXT, 0.6)
     head = "what it is for"
     if belief.chances and not belief.current:
         head = "what it was for"

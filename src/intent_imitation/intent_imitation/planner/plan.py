@@ -32,9 +32,15 @@ class ObjectChoice:
     object_class: str
     """Class, empty where the recogniser knows none."""
     probability: float
-    """p(o | t*, BN^R) over the objects on the table; sums to one over them."""
+    """p(o | t*, BN^R) over the objects on the table; sums to one over those that were judged. NaN:
+    not judged, because it is of no known class while others serve, or nothing is known of it."""
     affords: bool
     """Whether p(t* | o) and at least one reachable grasp say that the object can do it."""
+
+    @property
+    def judged(self) -> bool:
+        """Whether BN^R was asked about the object."""
+        return not np.isnan(self.probability)
 
 
 @dataclass(frozen=True, eq=False)

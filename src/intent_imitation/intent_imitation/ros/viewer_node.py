@@ -120,7 +120,7 @@ class ViewerNode(IntentNode):
 
     def _on_posterior(self, message: Any) -> None:
         stage = getattr(message, "stage", None)
-        named = [name for name in _STAGES if getattr(message, name, None) == stage]
+        named = [name for name in _STAGES if stage is not None and stage == getattr(message, name)]
         self._keeper.note_posterior(posterior_from_msg(message), named[0] if named else "")
 
     def _on_plan(self, message: Any) -> None:
