@@ -148,7 +148,8 @@ def _hand_name(hand: str) -> str:
 
 EVIDENCE_TEXT = (
     "For each task, how far every observed feature moved the log-odds at the grasp. The grey bar "
-    "is the rest: the prior, and what features say only together; with it the bars sum to p."
+    "is the rest: the prior, and what features say only together; all bars together are the "
+    "log-odds of p."
 )
 
 
