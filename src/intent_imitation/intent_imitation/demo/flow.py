@@ -102,6 +102,8 @@ def _hypotheses(canvas: Figure, pictures: Sequence[Image], plan: GraspPlan | Non
     title.set_title("5   Grasps ranked by p(a | o*, t*) and stability", fontsize=12, pad=6)
     if not pictures:
         refused = "no grasp was planned"
+        if plan is not None and plan.grasps:
+            refused = f"{len(plan.grasps)} grasps; the hand's shape is not known"
         if plan is not None and plan.nothing_recognised:
             refused = "nothing was recognised here"
         elif plan is not None and plan.nothing_affords:

@@ -127,8 +127,12 @@ def _best_grasp(record: DemoRecord) -> Image | None:
     """Return the best grasp, drawn large."""
     if record.plan is None or not record.plan.grasps or record.robot_objects is None:
         return None
+    if record.robot_hand is None:  # nobody draws another hand in its place
+        return None
     best = record.plan.grasps[0]
-    return picture_of_grasp(best, record.robot_objects, record.database, (760, 760))
+    return picture_of_grasp(
+        best, record.robot_objects, record.database, (760, 760), record.robot_hand
+    )
 
 
 def _demonstration(shown: list[Moment]) -> Image | None:

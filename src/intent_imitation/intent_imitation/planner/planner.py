@@ -144,6 +144,11 @@ class GraspPlanner:
         """Thresholds and gaps."""
         return self._config
 
+    @property
+    def hand(self) -> GraspingHand:
+        """The robot's hand."""
+        return self._hand
+
     def kinds(self, item: RecognizedObject) -> Mapping[str, float]:
         """Return p(class) of a recognised object: as told, or as its shape suggests."""
         return self._source.kinds(item.model, item.object_class)
