@@ -79,11 +79,10 @@ class ViewerNode(IntentNode):
         self._keeper.forget()
         self._colors.clear()
 
-    def destroy_node(self) -> None:
-        """Close the page, too."""
+    def close(self) -> None:
+        """Close the page."""
         if self._page is not None:
             self._page.close()
-        super().destroy_node()
 
     def _page_state(self) -> dict[str, Any]:
         return {**self._keeper.as_json(), "picture": self._count}

@@ -4,6 +4,7 @@ Which way it approaches, which joints close it and how wide it opens are read of
 finger tips. It is meant to be looked at and corrected: nobody else knows which grips are good.
 """
 
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,7 @@ def guessed_description(table: JointTable, urdf: Path, base: str = "") -> dict[s
         "preshapes": [
             {
                 "name": "precision",
-                **grip,
+                **deepcopy(grip),
                 "center": _rounded(center - 0.01 * approach),
                 "stop": "center",
                 "depth": [0.005, 0.025],
@@ -77,7 +78,7 @@ def guessed_description(table: JointTable, urdf: Path, base: str = "") -> dict[s
             },
             {
                 "name": "power",
-                **grip,
+                **deepcopy(grip),
                 "center": _rounded(center - min(0.4 * reach, 0.04) * approach),
                 "stop": "contact",
                 "offset": [0.1, 0.6],

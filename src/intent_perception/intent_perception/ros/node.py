@@ -187,6 +187,9 @@ class IntentNode(Node):
     def reset(self) -> None:
         """Forget the past, as after a start; nodes with a memory override it."""
 
+    def close(self) -> None:
+        """Put in order what is open when the node ends; nodes with files or doors override it."""
+
     def listen(self, kind: Any, topic: str, callback: Callable[[Any], Any], qos: Any) -> None:
         """Subscribe to results of other nodes; a message that cannot be used costs one warning."""
         self._watch.add(self.resolve_topic_name(topic))
@@ -468,6 +471,7 @@ def run(kind: Callable[[], IntentNode]) -> None:
     threadpool_limits(1)
     usual = {number: signal.signal(number, _leave) for number in (signal.SIGINT, signal.SIGTERM)}
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node: IntentNode | None = None
     try:
         node = kind()
         gc.freeze()  # what has been loaded stays; looking through it would hold up a frame
@@ -486,4 +490,6 @@ def run(kind: Callable[[], IntentNode]) -> None:
         if rclpy.ok():  # otherwise a signal has ended it, and what it was about to say is void
             raise
     finally:
+        if node is not None:
+            node.close()
         rclpy.try_shutdown()

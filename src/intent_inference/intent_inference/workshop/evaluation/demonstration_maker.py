@@ -25,9 +25,9 @@ from typing import Any
 from joblib import Parallel, delayed
 
 from intent_inference import SHARE
+from intent_inference.quantisation.grasp_cells import Row
 from intent_inference.workshop.evaluation.shown_people import TIMES
 from intent_inference.workshop.evaluation.tracked_people import tracked_demonstration
-from intent_inference.workshop.simulation.grasp_table import Row
 from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.basics.checked_files import read_json
 from intent_perception.basics.safe_files import write_bytes, write_text

@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from intent_inference.quantisation.grasp_cells import Row
 from intent_inference.workshop.simulation.campaign import (
     BACKENDS,
     SETTINGS,
@@ -23,7 +24,7 @@ from intent_inference.workshop.simulation.campaign import (
     object_models,
     settings,
 )
-from intent_inference.workshop.simulation.grasp_table import Row, write_rows
+from intent_inference.workshop.simulation.grasp_table import write_rows
 from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.basics.late_module import need
 from intent_perception.basics.safe_files import output_file, write_json
