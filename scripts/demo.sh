@@ -6,7 +6,7 @@
 #   --out DIR      where result.json, pictures and report.html go; default: out/demo. Only files of
 #                  earlier runs are replaced
 #   --robot-bag    the robot's own table; default: bags/robot_table
-#   --models DB    objects of your own (YAML file or folder), added to the shipped 48; see README
+#   --models DB    objects of your own (YAML file or folder), added to the shipped 48; see docs/own_object.md
 #   --params FILE  parameters of the nodes (see src/*/config)
 #   --model FILE   what the person's grasps mean: networks of `train`; default: the shipped BN^H
 #   --network FILE what the robot's grasps are good for; default: the shipped BN^R

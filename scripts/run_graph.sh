@@ -9,7 +9,7 @@
 #   --respawn      start a node again that has ended; otherwise that is only said, by its name
 #   --view [PORT]  also run the viewer: what the system believes, drawn into the camera's picture, on
 #                  /intent/image/compressed and on http://127.0.0.1:PORT (8765), here alone
-#   --models DB    objects of your own (YAML file or folder), added to the shipped 48; see README
+#   --models DB    objects of your own (YAML file or folder), added to the shipped 48; see docs/own_object.md
 #   --params FILE  parameters of the nodes (see src/*/config)
 #   --topics C D I the bag's topics of colour, depth and camera_info; default: they are found
 #   --depth-scale  length of one unit of depth in metres; default: integers are millimetres

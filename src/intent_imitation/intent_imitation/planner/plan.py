@@ -2,17 +2,15 @@
 
 A `GraspCandidate` maps one to one to moveit_msgs/Grasp:
 
-| moveit_msgs/Grasp | here |
-|---|---|
-| id | object_id and the rank in the plan |
-| pre_grasp_posture | joint_names, pregrasp_joints |
-| grasp_posture | joint_names, grasp_joints |
-| grasp_pose | T_table_hand, in the frame of the robot's objects |
-| grasp_quality | score |
-| pre_grasp_approach | direction approach; desired 0.16 m, as checked for collisions |
-| post_grasp_retreat | direction +z of the table |
-| max_contact_force | 0 (not limited here; the fingers' torques are) |
-| allowed_touch_objects | object_id |
+- id: object_id and the rank in the plan
+- pre_grasp_posture: joint_names, pregrasp_joints
+- grasp_posture: joint_names, grasp_joints
+- grasp_pose: T_table_hand, in the frame of the robot's objects
+- grasp_quality: score
+- pre_grasp_approach: direction approach; desired 0.16 m, as checked for collisions
+- post_grasp_retreat: direction +z of the table
+- max_contact_force: 0 (not limited here; the fingers' torques are)
+- allowed_touch_objects: object_id
 """
 
 from dataclasses import dataclass, field

@@ -18,3 +18,8 @@ def demo() -> NoReturn:
 def viewer() -> NoReturn:
     """Run the node viewer."""
     command("intent_imitation.ros.viewer_node")
+
+
+def bridge() -> NoReturn:
+    """Run the node bridge."""
+    command("intent_imitation.ros.bridge_node")
