@@ -34,6 +34,11 @@ class RunProgress:
             self._dealt[node], self._heard = stamp, now
 
     @property
+    def total(self) -> int:
+        """Number of the bag's frames."""
+        return len(self._stamps)
+
+    @property
     def seen(self) -> int:
         """Number of the bag's frames that the tracker has dealt with."""
         return sum(stamp <= self._dealt["tracker"] for stamp in self._stamps)

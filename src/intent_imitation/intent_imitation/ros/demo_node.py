@@ -25,6 +25,7 @@ from intent_imitation.demo.run_progress import FOLLOWERS, RunProgress
 from intent_imitation.ros.convert import plan_from_msg
 from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.basics.progress import Progress
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.ros.node import LATCHED, RESULTS, guarded
 from intent_perception.ros.shaped_objects import ShapedObjects
@@ -57,6 +58,14 @@ class DemoNode(Node):
             return False
         self.progress.check(self.collected, time.monotonic())
         return True
+
+    def phase(self) -> str:
+        """Return what the nodes are about, in a word or two."""
+        if self.collected.started is None:
+            return "loading, robot's table"
+        if self.progress.seen < self.progress.total:
+            return "tracking" if self.collected.states else "recognising"
+        return "concluding"
 
     def _hear_objects(self, namespace: str, into: Any) -> None:
         """Take note of what is on a table, with the shapes of what is estimated."""
@@ -103,8 +112,10 @@ def main() -> None:
         node = DemoNode(options.bag, options.patience)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        while node.waiting():
-            executor.spin_once(timeout_sec=0.1)
+        with Progress("frame", node.progress.total) as bar:
+            while node.waiting():
+                executor.spin_once(timeout_sec=0.1)
+                bar.at(node.progress.seen, node.phase())
         write_all(record_of(options, node.collected), options.bag, folder)
     except ValueError as error:
         raise SystemExit(f"error: {error}") from None

@@ -27,6 +27,7 @@ from intent_inference.workshop.simulation.campaign import (
 from intent_inference.workshop.simulation.grasp_table import write_rows
 from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.basics.late_module import need
+from intent_perception.basics.progress import Progress as Bar
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.geometry.coded_images import write_picture
 
@@ -67,9 +68,15 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     if not options.relabel:
         need("pybullet")
         client = _connected(options)
-        for progress in generate_all(config, wanted, options.jobs, options.backend, _report):
-            if progress.problem:
-                refused[progress.name] = progress.problem
+        with Bar("object", len(wanted)) as bar:
+
+            def report(progress: Progress) -> None:
+                _report(progress)
+                bar.advance(progress.name)
+
+            for progress in generate_all(config, wanted, options.jobs, options.backend, report):
+                if progress.problem:
+                    refused[progress.name] = progress.problem
         if client is not None:
             client.close()
     rows = all_rows(config, wanted, options.jobs)
