@@ -5,7 +5,7 @@ import io
 import pytest
 
 from intent_perception.basics import progress as module
-from intent_perception.basics.progress import Progress, counted
+from intent_perception.basics.progress import ProgressBar, counted
 
 
 class Terminal(io.StringIO):
@@ -17,7 +17,7 @@ class Terminal(io.StringIO):
 
 def test_on_a_terminal_one_line_is_drawn_over_and_ends_full() -> None:
     screen = Terminal()
-    with Progress("frame", 4, screen) as bar:
+    with ProgressBar("frame", 4, screen) as bar:
         for _ in range(4):
             bar.advance("tracking")
     assert screen.getvalue().count("\n") == 1
@@ -31,7 +31,7 @@ def test_elsewhere_a_line_comes_now_and_then_and_at_the_end(
     clock = iter(range(0, 1000, 6))
     monkeypatch.setattr(module.time, "monotonic", lambda: float(next(clock)))
     log = io.StringIO()
-    with Progress("object", 4, log) as lines:
+    with ProgressBar("object", 4, log) as lines:
         for _ in range(4):
             lines.advance()
     said = log.getvalue().splitlines()
@@ -44,7 +44,7 @@ def test_a_run_that_fails_does_not_claim_its_end() -> None:
     log = io.StringIO()
 
     def fail() -> None:
-        with Progress("object", 4, log) as lines:
+        with ProgressBar("object", 4, log) as lines:
             lines.advance()
             raise ValueError
 

@@ -9,7 +9,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from intent_imitation.demo.palette import GRID, INK, SOFT, SPARE_COLORS, TASK_COLORS, task_color
+from intent_imitation.demo.mesh_pictures import (
+    GRID,
+    INK,
+    SOFT,
+    SPARE_COLORS,
+    TASK_COLORS,
+    task_color,
+)
 from intent_imitation.planner.plan import GraspPlan, ObjectChoice
 from intent_inference.intention.estimator import TaskPosterior
 from intent_perception.basics.safe_files import written_beside

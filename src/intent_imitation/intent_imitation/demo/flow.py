@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from intent_imitation.demo.charts import figure, object_bars, posterior_bars
-from intent_imitation.demo.mesh_pictures import Image
-from intent_imitation.demo.palette import INK, SOFT
+from intent_imitation.demo.mesh_pictures import INK, SOFT, Image
 from intent_imitation.planner.plan import GraspPlan
 from intent_inference.intention.estimator import TaskPosterior
 

@@ -3,8 +3,15 @@
 import numpy as np
 
 from intent_imitation.demo.hand_mesh import hand_mesh
-from intent_imitation.demo.mesh_pictures import DrawnBody, Image, Tag, annotate, shaded, studio
-from intent_imitation.demo.palette import task_color
+from intent_imitation.demo.mesh_pictures import (
+    DrawnBody,
+    Image,
+    Tag,
+    annotate,
+    shaded,
+    studio,
+    task_color,
+)
 from intent_imitation.demo.panels import MARKED_COLOR, OBJECT_COLORS, picture_of_objects
 from intent_imitation.demo.run_record import DemoRecord
 from intent_imitation.planner.plan import GraspCandidate, GraspPlan

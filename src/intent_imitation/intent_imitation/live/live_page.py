@@ -2,7 +2,7 @@
 
 import json
 
-from intent_imitation.demo.palette import SPARE_COLORS, TASK_COLORS
+from intent_imitation.demo.mesh_pictures import SPARE_COLORS, TASK_COLORS
 
 _HTML = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8">

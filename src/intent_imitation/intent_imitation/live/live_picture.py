@@ -6,8 +6,16 @@ import cv2
 import numpy as np
 
 from intent_imitation.demo.hand_mesh import hand_mesh
-from intent_imitation.demo.mesh_pictures import FONT, DrawnBody, Image, Tag, annotate, overlay
-from intent_imitation.demo.palette import rgb, task_color
+from intent_imitation.demo.mesh_pictures import (
+    FONT,
+    DrawnBody,
+    Image,
+    Tag,
+    annotate,
+    overlay,
+    rgb,
+    task_color,
+)
 from intent_imitation.demo.panels import HAND_COLOR, OBJECT_COLORS
 from intent_imitation.live.belief import Belief
 from intent_perception.basics.arrays import Array

@@ -25,7 +25,7 @@ from intent_imitation.demo.run_progress import FOLLOWERS, RunProgress
 from intent_imitation.ros.convert import plan_from_msg
 from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.bags.frame_assembly import stamp_of
-from intent_perception.basics.progress import Progress
+from intent_perception.basics.progress import ProgressBar
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.ros.node import LATCHED, RESULTS, guarded
 from intent_perception.ros.shaped_objects import ShapedObjects
@@ -112,7 +112,7 @@ def main() -> None:
         node = DemoNode(options.bag, options.patience)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        with Progress("frame", node.progress.total) as bar:
+        with ProgressBar("frame", node.progress.total) as bar:
             while node.waiting():
                 executor.spin_once(timeout_sec=0.1)
                 bar.at(node.progress.seen, node.phase())

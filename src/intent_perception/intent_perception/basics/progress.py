@@ -12,7 +12,7 @@ _REFRESH = 0.1
 """A bar is drawn anew at most so often [s]."""
 
 
-class Progress:
+class ProgressBar:
     """Says on standard error how much of something is done; use it in a `with` statement."""
 
     def __init__(self, what: str, total: int, stream: TextIO | None = None) -> None:
@@ -79,7 +79,7 @@ def counted[T](what: str, items: Iterable[T], total: int | None = None) -> Itera
         if not isinstance(items, Sized):
             raise TypeError("expected items with a length, or their number")
         total = len(items)
-    with Progress(what, total) as progress:
+    with ProgressBar(what, total) as progress:
         for item in items:
             yield item
             progress.advance()

@@ -2,13 +2,14 @@
 
 python -m intent_imitation.own_hand HAND --out DIR [--base LINK] [--objects A,B,…] [--task TASK]
 
-HAND is a URDF, of which a description is guessed and written to DIR/hand.yaml, or such a
+HAND is a URDF, of which a description is guessed and written to DIR/NAME.yaml, or such a
 description that you have corrected. The robot practises in simulation with some of the shipped
 objects (or your own, --models); DIR then holds grasps.csv.gz, network.npz, library.npz, plan.json
 and grasp.png. Give the files to the imitation node as its parameters `library` and `network`.
 """
 
 import argparse
+import re
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -50,9 +51,10 @@ def described_hand(source: Path, base: str, folder: Path) -> Path:
     if source.suffix.lower() in (".yaml", ".yml"):
         GraspingHand.load(source)
         return source.resolve()
-    path = folder / "hand.yaml"
     source = source.resolve()
-    description = guessed_description(table_from_urdf(source, base), source, base)
+    table = table_from_urdf(source, base)
+    path = folder / f"{re.sub(r'[^A-Za-z0-9]+', '_', table.name)}.yaml"
+    description = guessed_description(table, source, base)
     text = "# Guessed from the URDF: correct it, and give this file in the URDF's place.\n"
     write_text(path, text + yaml.safe_dump(description, sort_keys=False, default_flow_style=None))
     GraspingHand.load(path)

@@ -30,7 +30,7 @@ from intent_inference.workshop.evaluation.shown_people import TIMES
 from intent_inference.workshop.evaluation.tracked_people import tracked_demonstration
 from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.basics.checked_files import read_json
-from intent_perception.basics.progress import Progress
+from intent_perception.basics.progress import ProgressBar
 from intent_perception.basics.safe_files import write_bytes, write_text
 
 _DATA = SHARE / "data"
@@ -119,7 +119,7 @@ def main(argv: list[str] | None = None) -> int:
     )
     made: list[Demonstration] = []
     grasps: list[Row] = []
-    with Progress("grasp", arguments.count) as progress:
+    with ProgressBar("grasp", arguments.count) as progress:
         for shown in lessons:
             made.extend(shown)
             grasps = [own["grasp"] for own in made if own["grasp"] is not None]

@@ -27,7 +27,7 @@ from intent_inference.workshop.simulation.campaign import (
 from intent_inference.workshop.simulation.grasp_table import write_rows
 from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.basics.late_module import need
-from intent_perception.basics.progress import Progress as Bar
+from intent_perception.basics.progress import ProgressBar
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.geometry.coded_images import write_picture
 
@@ -68,7 +68,7 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     if not options.relabel:
         need("pybullet")
         client = _connected(options)
-        with Bar("object", len(wanted)) as bar:
+        with ProgressBar("object", len(wanted)) as bar:
 
             def report(progress: Progress) -> None:
                 _report(progress)
