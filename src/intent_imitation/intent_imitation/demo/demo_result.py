@@ -173,7 +173,7 @@ def print_result(record: DemoRecord, stream: TextIO = sys.stdout) -> None:
 
 def _answer(plan: GraspPlan | None) -> list[str]:
     if plan is None:
-        return ["robot           no task to imitate"]
+        return ["robot           no task to imitate, or one that BN^R does not know"]
     if not plan.grasps:
         return [f"robot           {plan.refusal}"]
     best = plan.grasps[0]

@@ -116,7 +116,7 @@ def _answered(record: DemoRecord, demonstration: Image | None, out_dir: Path) ->
         "The robot need not copy the hand it saw: it takes the object on its own table that serves "
         "the task best, and the grasp of its own hand that keeps the task possible.",
         pictures,
-        missing="The robot has no answer, because no task was concluded."
+        missing="The robot has no answer: no task was concluded, or one that BN^R does not know."
         if record.plan is None
         else f"The robot has no grasp: {record.plan.refusal}.",
         tables=[object_rows(record), grasp_rows(record)],

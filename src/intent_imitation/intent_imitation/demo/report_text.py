@@ -50,7 +50,7 @@ def summary(record: DemoRecord) -> str:
     if plan is None:
         if record.robot_objects is None:
             return text + "The robot's own table was not seen, so it has no answer."
-        return text + "The run ended before the robot had an answer."
+        return text + "The robot has no answer: its network BN^R may not know this task."
     if plan.nothing_recognised:
         return text + (
             "On the robot's table nothing was recognised: give its objects by --models, or see "

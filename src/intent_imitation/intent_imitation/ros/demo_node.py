@@ -31,6 +31,9 @@ from intent_perception.ros.node import LATCHED, RESULTS, guarded
 from intent_perception.ros.shaped_objects import ShapedObjects
 from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
 
+_GRACE = 2.0
+"""A plan may arrive so long after its acknowledgement [s]."""
+
 
 class DemoNode(Node):
     """Listens until every node has dealt with the bag's last frame."""
@@ -47,6 +50,13 @@ class DemoNode(Node):
         self._hear(msgs.TaskPosterior, "intent/task_posterior", posterior_from_msg, got.posteriors)
         self._hear(msgs.GraspPlan, "intent/grasp_plan", plan_from_msg, got.plans)
         self.create_subscription(CameraInfo, "rgb/camera_info", self._on_info, 10)
+        self._imitated: dict[int, float] = {}
+        self.create_subscription(
+            Header,
+            "imitation/processed",
+            guarded(self, "imitation/processed", self._on_imitated),
+            LATCHED,
+        )
         for name in ("tracker", *FOLLOWERS):
             topic = f"{name}/processed"
             done = guarded(self, topic, partial(self._on_done, name))
@@ -54,6 +64,7 @@ class DemoNode(Node):
 
     def waiting(self) -> bool:
         """Return whether more is to come; ValueError once nothing has come for too long."""
+        self._note_refusals()
         if self.progress.missing(self.collected) == "":
             return False
         self.progress.check(self.collected, time.monotonic())
@@ -97,6 +108,16 @@ class DemoNode(Node):
     def _on_info(self, _: Any) -> None:
         if self.collected.started is None:
             self.collected.started = time.monotonic()
+
+    def _on_imitated(self, header: Any) -> None:
+        self._imitated[stamp_of(header)] = time.monotonic()
+
+    def _note_refusals(self) -> None:
+        """Take note of posteriors that were dealt with a while ago and got no plan."""
+        planned = {plan.stamp for plan in self.collected.plans}
+        for stamp, moment in self._imitated.items():
+            if stamp not in planned and time.monotonic() - moment > _GRACE:
+                self.progress.note_refused(stamp)
 
     def _on_done(self, name: str, header: Any) -> None:
         self.progress.note_dealt(name, stamp_of(header), time.monotonic())
