@@ -23,6 +23,7 @@ class RunProgress:
         """
         self._stamps, self._patience, self._heard = tuple(stamps), patience, now
         self._dealt = dict.fromkeys(("tracker", *FOLLOWERS), -1)
+        self._refused: set[int] = set()
 
     def note(self, now: float) -> None:
         """Take note of any answer of a node."""
@@ -32,6 +33,18 @@ class RunProgress:
         """Take note that a node has dealt with the input of a stamp [ns]."""
         if stamp > self._dealt[node]:
             self._dealt[node], self._heard = stamp, now
+
+    def note_refused(self, stamp: int) -> None:
+        """Take note that imitation has dealt with the posterior of a stamp [ns], plan or no plan.
+
+        A task that BN^R does not know gets none.
+        """
+        self._refused.add(stamp)
+
+    @property
+    def total(self) -> int:
+        """Number of the bag's frames."""
+        return len(self._stamps)
 
     @property
     def seen(self) -> int:
@@ -52,7 +65,8 @@ class RunProgress:
         final = [posterior for posterior in got.posteriors if not posterior.preliminary]
         if len(final) < len(got.grasps):
             return "inference gave no conclusion on a stable grasp"
-        if len(got.plans) < sum(posterior.best is not None for posterior in final):
+        wanted = [p for p in final if p.best is not None and p.stamp not in self._refused]
+        if len(got.plans) < len(wanted):
             return "imitation gave no plan for a concluded task"
         return ""
 

@@ -79,6 +79,8 @@ class _Option:
     """p(t* | o)."""
     grasps: tuple[GraspCandidate, ...]
     """Reachable grasps, best first."""
+    judged: bool = True
+    """Whether BN^R was asked about it."""
 
     @property
     def best(self) -> float:
@@ -142,6 +144,11 @@ class GraspPlanner:
         """Thresholds and gaps."""
         return self._config
 
+    @property
+    def hand(self) -> GraspingHand:
+        """The robot's hand."""
+        return self._hand
+
     def kinds(self, item: RecognizedObject) -> Mapping[str, float]:
         """Return p(class) of a recognised object: as told, or as its shape suggests."""
         return self._source.kinds(item.model, item.object_class)
@@ -172,15 +179,17 @@ class GraspPlanner:
         options.sort(
             key=lambda option: (
                 not self._affords(option),
+                not option.judged,
                 -option.chance * (option.best if self._affords(option) else 1.0),
             )
         )
         total = sum(option.chance for option in options)
+        judged = sum(option.judged for option in options)
         choices = tuple(
             ObjectChoice(
                 option.id,
                 option.object_class,
-                option.chance / total if total > 0.0 else 1.0 / len(options),
+                _share(option.chance, total, judged) if option.judged else float("nan"),
                 self._affords(option),
             )
             for option in options
@@ -197,7 +206,7 @@ class GraspPlanner:
         )
 
     def _options(self, task: str, of_class: bool) -> list[_Option]:
-        """Return all objects; unknown ones, or those of no class if asked, have no chance.
+        """Return all objects; unknown ones, or those of no class if asked, are not judged.
 
         Args:
             task: what they shall serve.
@@ -207,7 +216,7 @@ class GraspPlanner:
         return [
             self._option(index, task)
             if self._source.knows(item.model) and (item.object_class or not of_class)
-            else _Option(item.id, item.object_class, 0.0, ())
+            else _Option(item.id, item.object_class, 0.0, (), judged=False)
             for index, item in enumerate(self._objects.objects)
         ]
 
@@ -321,6 +330,11 @@ class GraspPlanner:
             for k, row in enumerate(rows)
             if free[k]
         ]
+
+
+def _share(chance: float, total: float, count: int) -> float:
+    """Return a chance as a share of all; where none has any, they are equally likely."""
+    return chance / total if total > 0.0 else 1.0 / count
 
 
 def _file(name: str) -> Path | None:
