@@ -5,6 +5,7 @@
 #        scripts/ros2.sh node list
 #        scripts/ros2.sh param list NODE | param get NODE NAME | param set NODE NAME VALUE
 #        scripts/ros2.sh param describe NODE NAME
+#        scripts/ros2.sh bag record [-o FOLDER] [TOPIC...]     Ctrl-C ends it; default: all topics
 #        scripts/ros2.sh interface show TYPE     e.g. intent_msgs/msg/TaskPosterior
 # ROS_DOMAIN_ID chooses whom it hears, as with ros2 (scripts/demo.sh plays in a domain of its own).
 set -euo pipefail
@@ -28,4 +29,4 @@ fi
 exec python -P -c 'import sys
 from intent_perception.basics.commands import command
 sys.argv[0] = "ros2.sh"
-command("intent_perception.ros.ros2_command")' "$@"
+command("intent_perception.ros.stand_in.ros2_command")' "$@"

@@ -39,8 +39,20 @@ once() {
   sum=$(find "${inputs[@]}" -type f -not -path '*/__pycache__/*' -print0 | sort -z | xargs -0 sha256sum | sha256sum)
   sum="$sum $root"
   [ "$(cat "$stamps/$name" 2>/dev/null)" = "$sum" ] && return
+  local began=$SECONDS clock=''
   echo "setup: $name" >&2
+  if [ -t 2 ]; then # a clock, so that minutes of silence are none
+    (while sleep 1; do printf '\rsetup: %s, %d s ' "$name" $((SECONDS - began)) >&2; done) &
+    clock=$!
+    trap 'kill $clock 2>/dev/null' EXIT
+  fi
   "$@"
+  if [ -n "$clock" ]; then
+    kill "$clock" 2>/dev/null || true
+    trap - EXIT
+    printf '\r' >&2
+  fi
+  echo "setup: $name done after $((SECONDS - began)) s" >&2
   mkdir -p "$stamps" && echo "$sum" >"$stamps/$name"
 }
 

@@ -33,6 +33,8 @@ setup(
     entry_points={
         "console_scripts": [
             "imitation = intent_imitation.ros.imitation_nodes:imitation",
+            "bridge = intent_imitation.ros.imitation_nodes:bridge",
+            "viewer = intent_imitation.ros.imitation_nodes:viewer",
             "demo = intent_imitation.ros.imitation_nodes:demo",
         ],
     },

@@ -33,6 +33,7 @@ setup(
     entry_points={
         "console_scripts": [
             "inference = intent_inference.ros.inference_nodes:inference",
+            "record = intent_inference.ros.inference_nodes:record",
         ],
     },
 )

@@ -18,6 +18,7 @@ DOORS = sorted(
 NEEDY = {
     "intent_inference.simulate": ("--hand", "schunk", "--out", "table.csv"),
     "intent_imitation.practise": ("--archive", "archive"),
+    "intent_imitation.own_hand": ("hand.urdf", "--out", "hand"),
     "intent_imitation.benchmark": ("--part", "choices"),
     "intent_imitation.copying_picture": ("--out", "picture.png"),
     "intent_perception.parametric": ("--out", "objects"),

@@ -1,6 +1,9 @@
 """What documents tell a user to type exists."""
 
+import importlib.util
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -44,3 +47,48 @@ def test_links_lead_to_files(document: Path) -> None:
     text = document.read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text):
         assert "://" in target or (document.parent / target).exists(), target
+
+
+def test_the_readme_is_read_on_a_screen_and_a_half() -> None:
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 95
+
+
+def test_every_page_is_reached_from_the_index_and_every_reader_from_the_readme() -> None:
+    index, readme = (ROOT / "docs" / "index.md").read_text(), (ROOT / "README.md").read_text()
+    for page in (ROOT / "docs").glob("*.md"):
+        if page.stem != "index":
+            assert f"\n{page.stem}\n" in index, page.stem
+            assert f"docs/{page.name}" in readme, page.stem
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_parameters_and_executables_that_are_named_exist(document: Path) -> None:
+    text = document.read_text(encoding="utf-8").replace("\\\n", " ")
+    sources = "".join(path.read_text() for path in (ROOT / "src").glob("intent_*/intent_*/**/*.py"))
+    for name in re.findall(r"-p (\w+):=", text):
+        assert re.search(rf"^    {name}: ", sources, re.MULTILINE), name
+    scripts = "".join(path.read_text() for path in (ROOT / "src").glob("intent_*/setup.py"))
+    for package, executable in re.findall(r"ros2(?:\.sh)? run (intent_\w+) (\w+)", text):
+        assert f'"{executable} = {package}.' in scripts, executable
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_launch_arguments_that_are_named_exist(document: Path) -> None:
+    launch = (ROOT / "src/intent_imitation/launch/intent.launch.py").read_text()
+    for line in re.findall(r"ros2 launch intent_imitation [^\n`]*", document.read_text()):
+        for name in re.findall(r"(\w+):=", line):
+            assert f'"{name}": (' in launch, name
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    importlib.util.find_spec("myst_parser") is None, reason="scripts/setup.sh --dev brings Sphinx"
+)
+def test_the_documents_are_built_to_html_with_the_pages_of_the_interface(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "-b", "html"]
+    done = subprocess.run(
+        [*command, str(ROOT / "docs"), str(tmp_path)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "GraspPlanner" in (tmp_path / "api.html").read_text(encoding="utf-8")

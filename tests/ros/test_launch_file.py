@@ -82,6 +82,12 @@ def test_a_namespace_holds_every_node_and_no_topic_leaves_it(launch: SimpleNames
     ]
 
 
+def test_the_viewer_runs_where_somebody_is_to_look(launch: SimpleNamespace) -> None:
+    assert "viewer" not in graph(launch)
+    assert own(graph(launch, rviz="true")["viewer"])["port"] == 0
+    assert own(graph(launch, view="8765")["viewer"])["port"] == 8765
+
+
 def test_a_dead_node_is_announced_by_name_but_not_at_the_end(launch: SimpleNamespace) -> None:
     _, handler = launch.announced("tracker", object())
     epitaph = handler.arguments[0].named["on_exit"]

@@ -12,13 +12,13 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_msgs.msg import Float64MultiArray, Header
 
-from intent_perception.ros.interface_text import interface_text
 from intent_perception.ros.node import LATCHED
-from intent_perception.ros.ros2_command import message_class, plain
+from intent_perception.ros.stand_in.interface_text import interface_text
+from intent_perception.ros.stand_in.ros2_command import message_class, plain
 
 CODE = (
     "import sys; sys.argv[0] = 'ros2.sh'; from intent_perception.basics.commands import command; "
-    "command('intent_perception.ros.ros2_command')"
+    "command('intent_perception.ros.stand_in.ros2_command')"
 )
 
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from intent_imitation.demo.run_record import DemoRecord, DemoTruth
 from intent_imitation.planner.plan import GraspCandidate, GraspPlan, ObjectChoice
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.schunk import JOINT_NAMES
 from intent_inference.intention.estimator import Contribution, TaskPosterior
 from intent_perception.geometry.camera import Camera, RgbdFrame
@@ -92,4 +93,5 @@ def record(database: ObjectDatabase, complete: bool = True) -> DemoRecord:
     return DemoRecord(
         "made_up", frames, objects, states, (grasp,), said, plan(objects, stamps[8]), frames[0],
         objects, database, 12, 1, 3.5, DemoTruth("pouring", stamps[8], 0.0115),
+        robot_hand=GraspingHand.load("schunk"),
     )  # fmt: skip

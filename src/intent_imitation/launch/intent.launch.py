@@ -32,7 +32,7 @@ NODES = {
     "inference": "intent_inference",
     "imitation": "intent_imitation",
 }
-SEE = ("recognizer", "tracker")
+SEE = ("recognizer", "tracker", "viewer")
 CAMERA = {
     "color": "rgb/image_rect_color",
     "depth": "depth_registered/image_rect",
@@ -51,6 +51,7 @@ ARGUMENTS = {
     "use_sim_time": ("false", "follow /clock; a bag then brings it", ["true", "false"]),
     "log_level": ("info", "what nodes report", ["debug", "info", "warn", "error", "fatal"]),
     "rviz": ("false", "open RViz with the graph's view", ["true", "false"]),
+    "view": ("0", "port of a web page on 127.0.0.1 with what the system believes; 0: none", None),
     "bag": ("", "rosbag2 folder to play, raw or compressed, once the nodes are ready", None),
     "rate": ("1.0", "speed of the bag, 1 = as recorded", None),
     "robot_objects": ("intent/objects", "topic of the objects on the robot's own table", None),
@@ -75,7 +76,8 @@ def graph(context: LaunchContext) -> list:
     profile = Path(get_package_share_directory("intent_imitation")) / "config" / "fastdds.xml"
     file = os.environ.get("FASTRTPS_DEFAULT_PROFILES_FILE", str(profile))
     actions = [SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", file)]
-    for name in NODES:
+    seen = chosen["rviz"] == "true" or chosen["view"] != "0"
+    for name in (*NODES, *(["viewer"] if seen else [])):
         actions += announced(name, node(name, chosen))
     if chosen["bag"]:
         player = replay(chosen)
@@ -91,7 +93,7 @@ def graph(context: LaunchContext) -> list:
 
 def node(name: str, chosen: dict[str, str]) -> Node:
     """Return one of the five, with its package's config, then params_file, then arguments."""
-    package = NODES[name]
+    package = NODES.get(name, "intent_imitation")
     config = Path(get_package_share_directory(package)) / "config" / f"{package}.yaml"
     parameters = [str(config), *([chosen["params_file"]] if chosen["params_file"] else [])]
     own: dict[str, bool | float | str] = {"use_sim_time": chosen["use_sim_time"] == "true"}
@@ -99,6 +101,8 @@ def node(name: str, chosen: dict[str, str]) -> Node:
         own["models"] = chosen["models"]
     if name in SEE:
         own |= images(chosen)
+    if name == "viewer":
+        own["port"] = int(chosen["view"])
     robot = [(f"imitation/{topic}", chosen[topic]) for topic in ("robot_objects", "robot_shapes")]
     return Node(
         package=package,

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.support.demo_records import STEP, plan, posterior, recognized, state
+from tests.support.demo_records import STEP, plan, posterior, recognized, record, state
 
 from intent_imitation.demo.collected import Collected
-from intent_imitation.demo.run_progress import RunProgress, check_answers
+from intent_imitation.demo.run_progress import FOLLOWERS, RunProgress, check_answers
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.grasp.grasp_detector import StableGrasp
 from intent_tracking.grasp.grasp_features import GraspFeatures
@@ -66,3 +66,16 @@ def test_nothing_is_concluded_where_the_tracker_answered_few_frames(whole: Colle
     check_answers(STAMPS, whole)
     with pytest.raises(ValueError, match="answered 5 of 10 frames: too few"):
         check_answers(STAMPS, replace(whole, states=whole.states[:5]))
+
+
+def test_a_task_that_the_robot_does_not_know_does_not_hold_the_run_up() -> None:
+    run = record(ObjectDatabase.load())
+    final = run.final
+    assert final is not None
+    progress = RunProgress([state.stamp for state in run.states], 10.0, 0.0)
+    got = Collected(states=list(run.states), grasps=list(run.grasps), posteriors=[final])
+    for node in ("tracker", *FOLLOWERS):
+        progress.note_dealt(node, run.states[-1].stamp, 0.0)
+    assert "no plan" in progress.missing(got)
+    progress.note_refused(final.stamp)
+    assert progress.missing(got) == ""

@@ -203,6 +203,22 @@ def test_an_object_that_the_database_does_not_hold_is_ranked_last_and_never_chos
     plan = planned(planner(database, library, MadeUpModel({"mug": 0.9, "vase": 1.0})), objects)
     assert [choice.id for choice in plan.objects] == ["mug_1", "vase"]
     assert not plan.objects[1].affords
+    assert [choice.judged for choice in plan.objects] == [True, False]
+    assert plan.objects[0].probability == pytest.approx(1.0)
+
+
+def test_a_thing_of_no_class_has_no_probability_while_others_serve(
+    database: ObjectDatabase, library: GraspLibrary
+) -> None:
+    objects = table(database, "mug_1", "bottle_2")
+    items = (objects.objects[0], replace(objects.objects[1], object_class=""))
+    which = planner(database, library, MadeUpModel({"mug": 0.9, "bottle": 0.9}))
+    plan = planned(which, replace(objects, objects=items))
+    assert [(choice.id, choice.judged) for choice in plan.objects] == [
+        ("mug_1", True),
+        ("bottle_2", False),
+    ]
+    assert np.isnan(plan.objects[1].probability)
 
 
 def test_a_stored_library_gives_back_its_grasps(library: GraspLibrary, tmp_path: Path) -> None:

@@ -44,16 +44,18 @@ def test_a_urdf_written_and_read_has_the_same_kinematics(hand, tmp_path):
     order = [drivers.index(name) for name in table.joint_names]
     read = link_poses(table, np.array(angles)[order])[0]
     written = link_poses(hand.table, joints)[0]
-    places = [table.link_names.index(name) for name in hand.table.link_names]
-    np.testing.assert_allclose(read[places], written, atol=1e-5)
+    kept = [k for k, name in enumerate(hand.table.link_names) if name in table.link_names]
+    places = [table.link_names.index(hand.table.link_names[k]) for k in kept]
+    assert len(kept) >= len(hand.table.link_names) - 1  # the Schunk's thumb stands on the palm
+    np.testing.assert_allclose(read[places], written[kept], atol=1e-5)
 
 
-def test_a_urdf_that_collides_by_meshes_is_refused_with_the_reason(tmp_path):
+def test_a_mesh_that_is_not_there_is_named(tmp_path):
     (tmp_path / "x.urdf").write_text(
         '<robot name="x"><link name="palm"><collision><geometry><mesh filename="a.stl"/>'
         "</geometry></collision></link></robot>"
     )
-    with pytest.raises(ValueError, match="collides by mesh"):
+    with pytest.raises(ValueError, match=r"the mesh a\.stl was not found"):
         table_from_urdf(tmp_path / "x.urdf")
 
 

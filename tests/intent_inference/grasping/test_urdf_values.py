@@ -35,7 +35,7 @@ def test_the_hand_of_this_test_is_one(tmp_path: Path) -> None:
         ({"radius": "1e300"}, "link finger: expected a radius"),
         ({"lower": "1.5", "upper": "0"}, "joint bend: expected limits lower <= upper"),
         ({"upper": "inf"}, "joint bend: expected limits"),
-        ({"kind": "prismatic"}, "'bend' is prismatic"),
+        ({"kind": "planar"}, "'bend' is planar"),
     ],
 )
 def test_impossible_values_are_refused_by_name(

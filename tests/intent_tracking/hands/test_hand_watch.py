@@ -57,11 +57,12 @@ class Film:
     def __init__(self):
         self.watch, self.reader = HandWatch(None, KeyPointConfig(), PERIOD), Reader()
         self.watch._reader = self.reader
-        self.told = 0.9, 1.0
+        self.told, self.arm = (2.0, 1.0), None
 
     def look(self, *hands, depth=0.7, arm=None, **expectation):
         self.reader.hands = hands
-        self.watch.look(frame(depth, arm), Expectation(**expectation), lambda _: self.told)
+        now = frame(depth, arm or self.arm)
+        self.watch.look(now, Expectation(**expectation), lambda *_: self.told)
 
     def follow(self, hand, *others, **more):
         """Look while a hand is followed."""
@@ -69,7 +70,9 @@ class Film:
         self.look(hand, *others, **expected, **more)
 
     def act(self):
-        """Look at a hand that reaches past one at rest."""
+        """Look at a hand that reaches past one at rest, on an arm that stays from now on."""
+        self.look(hand_at(RESTING, 100))
+        self.arm = 250
         for u in range(300, 360, 10):
             self.look(hand_at(RESTING, 100), hand_at(ACTING, u))
 
@@ -113,7 +116,7 @@ def test_another_hand_that_acts_is_taken_after_long_waiting(film):
     film.act()
     taken = []
     for n in range(20):
-        film.look(hand_at(2, 100 + 6 * n))
+        film.look(hand_at(2, 100 + 6 * n), arm=80)
         taken.append(film.watch.hand is not None)
     assert not any(taken[:10])
     assert film.watch.hand.identity == 2
@@ -194,7 +197,7 @@ def test_without_network_files_the_trouble_names_the_command(tmp_path, monkeypat
     monkeypatch.setenv("INTENT_HAND_NETWORKS", str(tmp_path))
     watch = HandWatch(HandReaderConfig(), KeyPointConfig(), PERIOD)
     assert COMMAND in watch.trouble
-    watch.look(frame(), Expectation(), lambda _: (0.5, 1.0))
+    watch.look(frame(), Expectation(), lambda *_: (0.0, 1.0))
     assert watch.seen is None
 
 
@@ -245,7 +248,7 @@ def test_the_fit_is_shown_to_the_networks_while_they_miss_its_hand(film):
     joints = hand_at(ACTING, 350).pixels
     for _ in range(2):
         film.look(middle=np.array([350.0, 240.0]), joints=joints)
-    (region,) = film.reader.hints.regions
+    region, *_ = film.reader.hints.regions
     assert np.linalg.norm(region.center - joints[PALM].mean(axis=0)) < region.side
 
 
@@ -257,11 +260,57 @@ def test_key_points_that_slip_from_an_arm_to_its_shadow_are_forgotten(film):
     assert film.watch.hand is None
 
 
-def test_a_look_that_is_explained_well_tells_the_side_against_many_poor_ones():
-    film, hand = Film(), hand_at(ACTING, 300)
-    film.told = 0.95, 1.0
-    film.look(hand)
-    film.told = 0.1, 0.02
-    for _ in range(20):
+def test_readings_of_a_hand_at_rest_that_jump_do_not_act(film):
+    film.look(hand_at(RESTING, 100))
+    for u in (130, 160, 100, 170):
+        film.look(hand_at(RESTING, u))
+    film.look(hand_at(RESTING, 100), hand_at(ACTING, 450), arm=400)
+    assert film.watch.hand.identity == ACTING
+
+
+def test_a_hand_at_rest_that_an_arm_passes_does_not_act(film):
+    for _ in range(5):
+        film.look(hand_at(RESTING, 100))
+    film.watch._looks = 0  # all hands are looked at now and then only
+    for _ in range(6):
+        film.look(hand_at(RESTING, 100), hand_at(ACTING, 60), arm=40)
+    assert [hand.identity for hand in film.watch.idle] == [RESTING]
+    assert film.watch.hand.identity == ACTING
+
+
+def test_a_followed_hand_at_rest_is_left_for_one_that_acts(film):
+    resting = hand_at(RESTING, 100)
+    film.follow(resting)
+    film.follow(resting, hand_at(ACTING, 450), arm=400)
+    assert film.watch.resting
+    assert film.watch.elsewhere.identity == ACTING
+
+
+def test_where_nothing_has_come_no_hand_comes(film):
+    film.look()
+    assert not film.watch.comes(hand_at(ACTING, 450).pixels)
+    film.look(arm=400)
+    assert film.watch.comes(hand_at(ACTING, 450).pixels)
+
+
+def test_without_networks_a_hand_may_be_anywhere():
+    assert HandWatch(None, KeyPointConfig(), PERIOD).comes(hand_at(ACTING, 450).pixels)
+
+
+def test_every_look_counts_for_the_side_until_it_is_sure(film):
+    hand = hand_at(ACTING, 300)
+    film.told = -0.5, 1.0
+    for _ in range(4):
         film.look(hand)
-    assert film.watch.seen.right > 0.7
+    assert film.watch.seen.right == pytest.approx(1.0 / (1.0 + np.exp(2.0)))
+    film.told = 3.0, 1.0
+    film.look(hand)
+    assert film.watch.seen.right == pytest.approx(1.0 / (1.0 + np.exp(-1.0)))
+
+
+def test_key_points_that_no_hand_explains_count_little(film):
+    film.look(hand_at(ACTING, 300))
+    full = film.watch.keys_of("right").weights
+    film.told = 0.0, 0.1
+    film.look(hand_at(ACTING, 300))
+    assert film.watch.keys_of("right").weights == pytest.approx(0.1 * full)

@@ -26,8 +26,8 @@ def judge_of(hand=None, *, seen=None, ever=True, missed=0, resting=False):
     return HypothesisJudge(CONFIG, NO_TABLE, watch)
 
 
-def hand_seen(right=1.0, age=20):
-    return SimpleNamespace(right=right, age=age)
+def hand_seen(right=1.0, age=20, explained=1.0):
+    return SimpleNamespace(right=right, age=age, explained=explained)
 
 
 def hypothesis(side="right", cost=0.1, gap=0.005, **more):
@@ -79,6 +79,11 @@ def test_without_networks_both_sides_rank_alike():
 def test_a_hand_beside_its_key_points_ranks_behind():
     judge = judge_of(hand_seen())
     assert judge.rank(hypothesis(gap=0.0)) < judge.rank(hypothesis(gap=0.02))
+
+
+def test_key_points_that_no_hand_explains_say_little_against_a_fit():
+    well, poorly = judge_of(hand_seen()), judge_of(hand_seen(explained=0.1))
+    assert poorly.rank(hypothesis(gap=0.05)) < well.rank(hypothesis(gap=0.05))
 
 
 def test_all_that_is_lost_is_equally_so():

@@ -9,18 +9,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from intent_imitation.demo.mesh_pictures import (
+    GRID,
+    INK,
+    SOFT,
+    SPARE_COLORS,
+    TASK_COLORS,
+    task_color,
+)
 from intent_imitation.planner.plan import GraspPlan, ObjectChoice
 from intent_inference.intention.estimator import TaskPosterior
 from intent_perception.basics.safe_files import written_beside
 
-TASK_COLORS = {
-    "hand-over": "#0072B2",
-    "pouring": "#009E73",
-    "tool-use": "#D55E00",
-    "dish-washing": "#8A5FBF",
-}
-SPARE_COLORS = ("#B8860B", "#56748C", "#A0466B", "#4E7D3A")
-INK, SOFT, GRID = "#1f2933", "#66727f", "#e3e8ed"
 STYLE = {
     "font.family": "DejaVu Sans",
     "font.size": 11.0,
@@ -48,14 +48,6 @@ VARIABLE_NAMES = {
     "coc": "contact centre",
     "gbvl": "grasped part",
 }
-
-
-def task_color(task: str, tasks: Sequence[str]) -> str:
-    """Return the colour of a task, the same in every picture."""
-    spare = [name for name in tasks if name not in TASK_COLORS]
-    if task in TASK_COLORS or task not in spare:
-        return TASK_COLORS.get(task, SOFT)
-    return SPARE_COLORS[spare.index(task) % len(SPARE_COLORS)]
 
 
 @contextmanager
@@ -169,14 +161,15 @@ def _probability(posterior: TaskPosterior, task: str) -> float:
 
 
 def draw_evidence(path: Path, posterior: TaskPosterior) -> None:
-    """Draw for each task how far each piece of evidence moved its log-odds."""
+    """Draw for each task how far each piece of evidence moved its log-odds, up to p itself."""
     tasks = posterior.tasks
-    with figure(path, 9.2, 3.9) as canvas:
+    with figure(path, 9.2, 4.2) as canvas:
         panels = canvas.subplots(1, max(len(tasks), 1), sharey=True, squeeze=False)[0]
         variables = _variables(posterior)
-        reach = max([abs(c.log_odds) for c in posterior.explanation] + [0.5]) * 1.12
+        rest = [prior_bar(posterior, task) for task in tasks]
+        reach = max([abs(c.log_odds) for c in posterior.explanation] + list(map(abs, rest))) * 1.12
         for axes, task in zip(panels, tasks, strict=True):
-            evidence(axes, posterior, task, variables, reach)
+            evidence(axes, posterior, task, variables, max(reach, 0.5))
         canvas.supxlabel("evidence for (right) and against (left) the task [log-odds]", fontsize=11)
 
 
@@ -185,18 +178,32 @@ def evidence(
 ) -> None:
     """Draw one task's contributions as bars from the middle, most important variable on top."""
     moved = {c.variable: c.log_odds for c in posterior.explanation if c.task == task}
-    values = [moved.get(variable, 0.0) for variable in variables]
+    values = [*(moved.get(variable, 0.0) for variable in variables), prior_bar(posterior, task)]
     color = task_color(task, posterior.tasks)
-    places = np.arange(len(variables))[::-1]
+    places = np.arange(len(values))[::-1]
     shades = [color if value >= 0.0 else "#b9c1ca" for value in values]
+    shades[-1] = "#6b7682"
     axes.barh(places, values, color=shades, height=0.66, zorder=3)
+    axes.axhline(0.5, color=GRID, linewidth=1.0, zorder=2)
     axes.axvline(0.0, color=INK, linewidth=1.0, zorder=4)
     axes.set_xlim(-reach, reach)
-    axes.set_yticks(places, [VARIABLE_NAMES.get(v, v) for v in variables], color=INK)
+    names = [*(VARIABLE_NAMES.get(v, v) for v in variables), "prior, interplay"]
+    axes.set_yticks(places, names, color=INK)
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
     axes.grid(axis="x", color=GRID, zorder=0)
     axes.set_title(f"{task}\np = {_probability(posterior, task):.2f}", color=color, fontsize=12)
+
+
+def prior_bar(posterior: TaskPosterior, task: str) -> float:
+    """Return the log-odds that the bars of single variables leave over.
+
+    It holds the prior (0 where a task is as likely as not before any evidence) and what variables
+    say only together; with it, the bars of a task sum to the log-odds of its probability.
+    """
+    chance = float(np.clip(_probability(posterior, task), 1e-4, 1.0 - 1e-4))
+    moved = sum(c.log_odds for c in posterior.explanation if c.task == task)
+    return float(np.log(chance / (1.0 - chance))) - moved
 
 
 def _variables(posterior: TaskPosterior) -> list[str]:
@@ -216,13 +223,14 @@ def posterior_bars(axes: Axes, posterior: TaskPosterior) -> None:
 
 
 def object_bars(axes: Axes, plan: GraspPlan) -> None:
-    """Draw p(o | t*) of the objects on the robot's table, the chosen one in the task's colour."""
-    places = np.arange(len(plan.objects))[::-1]
+    """Draw p(o | t*) of the objects that were judged, the chosen one in the task's colour."""
+    judged = [choice for choice in plan.objects if choice.judged]
+    places = np.arange(len(judged))[::-1]
     color = TASK_COLORS.get(plan.task, SPARE_COLORS[0])
     chosen = bool(plan.grasps)
-    colors = [color if chosen and index == 0 else "#c3cad2" for index in range(len(plan.objects))]
-    names = [object_label(choice) for choice in plan.objects]
-    bars(axes, places, [choice.probability for choice in plan.objects], colors, names)
+    colors = [color if chosen and index == 0 else "#c3cad2" for index in range(len(judged))]
+    names = [object_label(choice) for choice in judged]
+    bars(axes, places, [choice.probability for choice in judged], colors, names)
 
 
 def object_label(choice: ObjectChoice) -> str:

@@ -4,6 +4,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
+from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TextIO
@@ -14,7 +16,9 @@ from intent_imitation.demo.report import write_report
 from intent_imitation.demo.result_files import RESULT
 from intent_imitation.demo.run_progress import check_answers
 from intent_imitation.demo.run_record import DemoRecord, moments, result
+from intent_imitation.planner.grasp_library import GraspLibrary
 from intent_imitation.planner.plan import GraspPlan
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.bags.bag_files import read_frames
 from intent_perception.bags.bag_topics import add_image_options, bag_input
 from intent_perception.bags.playback import bundles
@@ -33,6 +37,7 @@ def parse_options(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("bag")
     parser.add_argument("--robot-bag", default="")
     parser.add_argument("--models", default="")
+    parser.add_argument("--library", default="", help="grasp library of a hand of one's own")
     add_image_options(parser)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument(
@@ -87,7 +92,23 @@ def record_of(options: argparse.Namespace, collected: Collected) -> DemoRecord:
         frames_lost=lost,
         frames_left_out=len(stamps) - len(readable),
         seconds=round(seconds, 3),
+        written=datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"),
+        version=version("intent_imitation"),
+        robot_hand=_robot_hand(options.library, collected),
     )
+
+
+def _robot_hand(library: str, collected: Collected) -> GraspingHand | None:
+    """Return the hand of the plan: the library's, else a shipped one of its name."""
+    if not collected.plans:
+        return None
+    name = collected.plans[0].hand
+    source = GraspLibrary.load(Path(library)).hand if library else name
+    try:
+        hand = GraspingHand.load(source)
+    except ValueError:
+        return None
+    return hand if hand.name == name else None
 
 
 def _database(models: str, collected: Collected) -> ObjectDatabase:
@@ -152,7 +173,7 @@ def print_result(record: DemoRecord, stream: TextIO = sys.stdout) -> None:
 
 def _answer(plan: GraspPlan | None) -> list[str]:
     if plan is None:
-        return ["robot           no task to imitate"]
+        return ["robot           no task to imitate, or one that BN^R does not know"]
     if not plan.grasps:
         return [f"robot           {plan.refusal}"]
     best = plan.grasps[0]

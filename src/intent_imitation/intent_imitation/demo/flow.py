@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
-from intent_imitation.demo.charts import INK, SOFT, figure, object_bars, posterior_bars
-from intent_imitation.demo.mesh_pictures import Image
+from intent_imitation.demo.charts import figure, object_bars, posterior_bars
+from intent_imitation.demo.mesh_pictures import INK, SOFT, Image
 from intent_imitation.planner.plan import GraspPlan
 from intent_inference.intention.estimator import TaskPosterior
 
@@ -49,10 +49,10 @@ def draw_flow(
             _nothing(axes, "no stable grasp was seen")
         _photo(canvas, (0.692, _TOP, 0.292, _ROW), robot_table, "3   The robot's own table")
         axes = _panel(canvas, (0.825, _BOTTOM + 0.05, 0.14, _ROW - 0.09), "4   Object:  p(o | t*)")
-        if plan is not None and plan.objects:
+        if plan is not None and any(choice.judged for choice in plan.objects):
             object_bars(axes, plan)
         else:
-            _nothing(axes, "nothing was recognised")
+            _nothing(axes, why_no_object(plan))
         _hypotheses(canvas, hypotheses, plan)
         _photo(canvas, (0.02, _BOTTOM, 0.22, _ROW), grasp, "6   The robot's grasp")
         _arrows(canvas)
@@ -101,6 +101,8 @@ def _hypotheses(canvas: Figure, pictures: Sequence[Image], plan: GraspPlan | Non
     title.set_title("5   Grasps ranked by p(a | o*, t*) and stability", fontsize=12, pad=6)
     if not pictures:
         refused = "no grasp was planned"
+        if plan is not None and plan.grasps:
+            refused = f"{len(plan.grasps)} grasps; the hand's shape is not known"
         if plan is not None and plan.nothing_recognised:
             refused = "nothing was recognised here"
         elif plan is not None and plan.nothing_affords:
@@ -114,6 +116,13 @@ def _hypotheses(canvas: Figure, pictures: Sequence[Image], plan: GraspPlan | Non
         axes = canvas.add_axes((0.275 + width * index, _BOTTOM + 0.055, width * 0.97, 0.335))
         axes.set_axis_off()
         axes.imshow(picture, interpolation="antialiased")
+
+
+def why_no_object(plan: GraspPlan | None) -> str:
+    """Return why there is no bar of an object."""
+    if plan is None:
+        return "no task to choose for"
+    return "nothing was recognised" if plan.nothing_recognised else "nothing could be judged"
 
 
 def _nothing(axes: Axes, words: str) -> None:

@@ -2,13 +2,20 @@
 
 import numpy as np
 
-from intent_imitation.demo.charts import task_color
 from intent_imitation.demo.hand_mesh import hand_mesh
-from intent_imitation.demo.mesh_pictures import DrawnBody, Image, Tag, annotate, shaded, studio
+from intent_imitation.demo.mesh_pictures import (
+    DrawnBody,
+    Image,
+    Tag,
+    annotate,
+    shaded,
+    studio,
+    task_color,
+)
 from intent_imitation.demo.panels import MARKED_COLOR, OBJECT_COLORS, picture_of_objects
 from intent_imitation.demo.run_record import DemoRecord
 from intent_imitation.planner.plan import GraspCandidate, GraspPlan
-from intent_inference.grasping.schunk import schunk_hand
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera
 from intent_perception.geometry.transforms import look_at
@@ -27,8 +34,8 @@ def picture_of_robot_table(record: DemoRecord) -> Image | None:
         return None
     if plan is None:
         return picture_of_objects(frame, objects, record.database)
-    chances = {choice.id: choice.probability for choice in plan.objects}
-    numbers = [chances.get(item.id, 0.0) for item in objects.objects]
+    chances = {choice.id: choice.probability for choice in plan.objects if choice.judged}
+    numbers = [chances.get(item.id) for item in objects.objects]
     chosen = plan.grasps[0].object_id if plan.grasps else None
     return picture_of_objects(frame, objects, record.database, numbers, chosen)
 
@@ -38,6 +45,7 @@ def picture_of_grasp(
     objects: RecognizedObjects,
     known: ObjectDatabase,
     size: tuple[int, int],
+    hand: GraspingHand,
 ) -> Image:
     """Return the robot's closed hand on its object among its neighbours, RGB.
 
@@ -46,9 +54,10 @@ def picture_of_grasp(
         objects: the robot's table.
         known: the database with their meshes.
         size: width and height of the picture in pixels.
+        hand: that grasps.
     """
-    hand = hand_mesh(schunk_hand(), candidate.grasp_joints)
-    bodies = [DrawnBody(hand, candidate.T_table_hand, ROBOT_COLOR)]
+    shape = hand_mesh(hand.table, candidate.grasp_joints)
+    bodies = [DrawnBody(shape, candidate.T_table_hand, ROBOT_COLOR)]
     target = objects.objects[0]
     for index, item in enumerate(objects.objects):
         color = OBJECT_COLORS[index % len(OBJECT_COLORS)]
@@ -96,11 +105,13 @@ def _best_view(
 def pictures_of_hypotheses(record: DemoRecord, count: int = 4) -> list[Image]:
     """Return the best grasp hypotheses as small pictures with rank and p(t* | o*, a)."""
     plan, objects = record.plan, record.robot_objects
-    if plan is None or objects is None:
+    if plan is None or objects is None or record.robot_hand is None:
         return []
     pictures = []
     for rank, candidate in enumerate(different(plan, count)):
-        picture = picture_of_grasp(candidate, objects, record.database, (400, 540))
+        picture = picture_of_grasp(
+            candidate, objects, record.database, (400, 540), record.robot_hand
+        )
         words = f"p = {candidate.score_parts.get('task', candidate.score):.2f}"
         code = task_color(plan.task, (plan.task,))
         red, green, blue = (int(code[k : k + 2], 16) / 255 for k in (1, 3, 5))

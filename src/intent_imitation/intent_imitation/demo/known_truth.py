@@ -50,4 +50,5 @@ def _compared(stored: Mapping[str, NDArray[Any]], states: Sequence[SceneState]) 
         task=str(tasks[0]) if len(tasks) else None,
         grasp_stamp=int(grasps[0]) if len(grasps) else None,
         joint_error=float(np.mean(errors)) if errors else None,
+        synthetic="label_names" in stored,  # only a simulation can label grasps
     )

@@ -35,6 +35,14 @@ section>p{color:var(--soft);max-width:52rem;margin:.2rem 0 1rem}
 figure{margin:0 0 1.2rem}
 figure img{display:block;width:100%;height:auto;border-radius:8px}
 figure.narrow img{max-width:760px}
+figure div{overflow-x:auto}
+@media (max-width:640px){
+main{padding:1.2rem .7rem 2rem}
+section{padding:.9rem .8rem 1rem}
+h1{font-size:1.5rem}
+figure:not(.narrow) img{width:820px;max-width:none}
+figure:not(.narrow) figcaption::before{content:"Swipe sideways. "}
+}
 figcaption{color:var(--soft);font-size:.92rem;margin-top:.45rem}
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;font-size:.9rem;width:100%;font-variant-numeric:tabular-nums}
@@ -67,9 +75,23 @@ class Chapter:
 
 
 def page(
-    summary: str, figures: Sequence[Figure], flow: PagePicture, chapters: Sequence[Chapter]
+    origin: str,
+    summary: str,
+    figures: Sequence[Figure],
+    flow: PagePicture,
+    chapters: Sequence[Chapter],
+    footer: str,
 ) -> str:
-    """Return the page as HTML text."""
+    """Return the page as HTML text.
+
+    Args:
+        origin: one line on the recording and the run.
+        summary: what happened, in sentences.
+        figures: the numbers that a reader wants first.
+        flow: the whole process as one picture.
+        chapters: the sections below.
+        footer: where all this comes from.
+    """
     numbers = "".join(
         f"<div><dt>{escape(f.caption)}</dt><dd>{escape(f.value)}</dd></div>" for f in figures
     )
@@ -78,12 +100,11 @@ def page(
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>Goal-directed grasp imitation</title><style>{_STYLE}</style></head><body><main>"
-        '<header><p class="kicker">Goal-directed grasp imitation</p>'
+        f'<header><p class="kicker">{escape(origin)}</p>'
         f"<h1>From a demonstration to the robot's grasp</h1><p>{escape(summary)}</p></header>"
         f'<dl class="figures">{numbers}</dl>'
         f"<section><h2>At a glance</h2>{_picture(flow)}</section>{body}"
-        "<footer>All pictures and numbers are from this run of the five nodes. Poses are in the "
-        "frame of the table, z up, in metres.</footer></main></body></html>\n"
+        f"<footer>{escape(footer)}</footer></main></body></html>\n"
     )
 
 
@@ -100,7 +121,8 @@ def _chapter(chapter: Chapter) -> str:
 def _picture(picture: PagePicture) -> str:
     kind = ' class="narrow"' if picture.narrow else ""
     return (
-        f'<figure{kind}><img src="{_embedded(picture.path)}" alt="{escape(picture.text)}">'
+        f'<figure{kind}><div><img src="{_embedded(picture.path)}" alt="{escape(picture.text)}">'
+        "</div>"
         f"<figcaption>{escape(picture.text)}</figcaption></figure>"
     )
 

@@ -53,7 +53,7 @@ def picture_of_objects(
     frame: RgbdFrame,
     objects: RecognizedObjects,
     known: ObjectDatabase,
-    numbers: Sequence[float] | None = None,
+    numbers: Sequence[float | None] | None = None,
     marked: str | None = None,
 ) -> Image:
     """Return the frame with outline, name and a number at every recognised object.
@@ -62,7 +62,7 @@ def picture_of_objects(
         frame: the image.
         objects: what was recognised in it.
         known: the database with their meshes.
-        numbers: what is written at each object; default: the confidence.
+        numbers: what is written at each object, None: nothing; default: the confidence.
         marked: id of an object to be filled in green.
     """
     bodies, weights = [], []
@@ -80,15 +80,16 @@ def picture_of_objects(
     for item, body, corner, number in zip(objects.objects, bodies, corners, written, strict=True):
         middle = float(corner[:, 0].min() + corner[:, 0].max()) / 2 - window.left
         top = float(corner[:, 1].min()) - window.top
-        tags.append(
-            Tag(f"{shown_name(item)}  {number:.2f}", body.color, (middle * zoom, top * zoom))
-        )
+        words = shown_name(item) + ("" if number is None else f"  {number:.2f}")
+        tags.append(Tag(words, body.color, (middle * zoom, top * zoom)))
     return annotate(window.cut(canvas, _WIDTH), tags)
 
 
 def shown_name(item: RecognizedObject) -> str:
     """Return what an object is called in pictures: its id, and what an estimated one is."""
-    return item.id if item.shape is None else f"{item.id}: {item.object_class or 'unknown'}"
+    if item.object_class and item.shape is None:
+        return item.id
+    return f"{item.id}: {item.object_class or 'unknown thing'}"
 
 
 MARKED_COLOR = (0.05, 0.62, 0.45)

@@ -19,7 +19,19 @@ from intent_imitation.demo.panels import (
     tracked_moments,
     view_of_action,
 )
-from intent_imitation.demo.report_text import figures, grasp_rows, object_rows, summary
+from intent_imitation.demo.report_text import (
+    EVIDENCE_TEXT,
+    figures,
+    footer,
+    grasp_rows,
+    grasp_text,
+    object_rows,
+    origin,
+    posterior_text,
+    summary,
+    table_text,
+    tracking_text,
+)
 from intent_imitation.demo.run_record import DemoRecord, DemoTruth, moments, result
 from intent_perception.basics.safe_files import write_text
 
@@ -41,7 +53,8 @@ def write_report(record: DemoRecord, out_dir: Path) -> None:
         "The process in six steps: the human's tracked grasp, the inferred intention, the robot's "
         "table, its choice of object, ranked grasp hypotheses and the chosen grasp.",
     )
-    text = page(summary(record), figures(record), flow, [seen, concluded, answered])
+    chapters = [seen, concluded, answered]
+    text = page(origin(record), summary(record), figures(record), flow, chapters, footer(record))
     write_text(out_dir / "report.html", text)
 
 
@@ -53,13 +66,13 @@ def _seen(record: DemoRecord, shown: list[Moment], out_dir: Path) -> Chapter:
         image = picture_of_objects(first, record.objects, record.database)
         pictures.append(_saved(out_dir / "objects.png", image, _OBJECTS_TEXT))
     if shown:
-        pictures.append(_saved(out_dir / "tracking.png", strip(shown), _TRACKING_TEXT))
+        pictures.append(_saved(out_dir / "tracking.png", strip(shown), tracking_text(shown)))
     return Chapter(
         "What the camera saw",
         "Each object is recognised once, before the hand comes near; then hand (26 values) and "
         "objects (6 values each) are tracked together in every frame.",
         pictures,
-        missing="No object was recognised and nothing was tracked.",
+        missing=_why_nothing_seen(record),
     )
 
 
@@ -71,14 +84,14 @@ def _concluded(record: DemoRecord, out_dir: Path) -> Chapter:
         path = out_dir / "posterior.png"
         true_task = record.truth.task if record.truth is not None else None
         draw_timeline(path, record.posteriors, stamps, start_stamp(record), true_task)
-        pictures.append(PagePicture(path, _POSTERIOR_TEXT))
+        pictures.append(PagePicture(path, posterior_text(len(stamps))))
     if record.final is not None and record.final.explanation:
         draw_evidence(out_dir / "evidence.png", record.final)
-        pictures.append(PagePicture(out_dir / "evidence.png", _EVIDENCE_TEXT))
+        pictures.append(PagePicture(out_dir / "evidence.png", EVIDENCE_TEXT))
     return Chapter(
         "What the human is up to",
-        "Four Bayesian networks, one for each task, weigh the object, the hand's place and its "
-        "posture. Each answers for itself, so the four need not sum to one.",
+        "Bayesian networks, one model for each task, weigh the object, the hand's place and its "
+        "posture. Each answers for itself, so the probabilities need not sum to one.",
         pictures,
         missing="The hand never held an object still, so there is nothing to conclude.",
     )
@@ -89,11 +102,12 @@ def _answered(record: DemoRecord, demonstration: Image | None, out_dir: Path) ->
     pictures: list[PagePicture] = []
     table = picture_of_robot_table(record)
     if table is not None:
-        pictures.append(_saved(out_dir / "robot_objects.png", table, _TABLE_TEXT))
+        pictures.append(_saved(out_dir / "robot_objects.png", table, table_text(record.plan)))
     hypotheses = pictures_of_hypotheses(record)
     grasp = _best_grasp(record)
     if grasp is not None:
-        pictures.append(_saved(out_dir / "grasp.png", grasp, _GRASP_TEXT))
+        words = grasp_text(record.plan)
+        pictures.append(_saved(out_dir / "grasp.png", grasp, words, narrow=True))
     draw_flow(
         out_dir / "flow.png", demonstration, record.final, table, record.plan, hypotheses, grasp
     )
@@ -102,7 +116,9 @@ def _answered(record: DemoRecord, demonstration: Image | None, out_dir: Path) ->
         "The robot need not copy the hand it saw: it takes the object on its own table that serves "
         "the task best, and the grasp of its own hand that keeps the task possible.",
         pictures,
-        missing="The robot has no answer.",
+        missing="The robot has no answer: no task was concluded, or one that BN^R does not know."
+        if record.plan is None
+        else f"The robot has no grasp: {record.plan.refusal}.",
         tables=[object_rows(record), grasp_rows(record)],
     )
 
@@ -111,8 +127,12 @@ def _best_grasp(record: DemoRecord) -> Image | None:
     """Return the best grasp, drawn large."""
     if record.plan is None or not record.plan.grasps or record.robot_objects is None:
         return None
+    if record.robot_hand is None:  # nobody draws another hand in its place
+        return None
     best = record.plan.grasps[0]
-    return picture_of_grasp(best, record.robot_objects, record.database, (760, 760))
+    return picture_of_grasp(
+        best, record.robot_objects, record.database, (760, 760), record.robot_hand
+    )
 
 
 def _demonstration(shown: list[Moment]) -> Image | None:
@@ -122,14 +142,15 @@ def _demonstration(shown: list[Moment]) -> Image | None:
     return view_of_action(shown).cut(chosen[0].image, 1000) if chosen else None
 
 
-def _saved(path: Path, image: Image, text: str) -> PagePicture:
+def _saved(path: Path, image: Image, text: str, narrow: bool = False) -> PagePicture:
     write_image(path, image)
-    return PagePicture(path, text)
+    return PagePicture(path, text, narrow)
+
+
+def _why_nothing_seen(record: DemoRecord) -> str:
+    if not record.states:
+        return "The tracker answered no frame."
+    return "No object was recognised, and no frame of the run can be shown."
 
 
 _OBJECTS_TEXT = "Recognised objects drawn over the first image, with the recogniser's confidence."
-_TRACKING_TEXT = "Tracked hand and objects drawn over the camera's images at six moments."
-_POSTERIOR_TEXT = "Probability of each task over time; the dashed line marks the stable grasp."
-_EVIDENCE_TEXT = "For each task, how far every observed feature moved the log-odds at the grasp."
-_TABLE_TEXT = "The robot's table; the number at each object is p(o | t*), the chosen one is green."
-_GRASP_TEXT = "The Schunk hand closed around the chosen object, as it will be executed."

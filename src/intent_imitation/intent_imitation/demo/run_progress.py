@@ -23,6 +23,7 @@ class RunProgress:
         """
         self._stamps, self._patience, self._heard = tuple(stamps), patience, now
         self._dealt = dict.fromkeys(("tracker", *FOLLOWERS), -1)
+        self._refused: set[int] = set()
 
     def note(self, now: float) -> None:
         """Take note of any answer of a node."""
@@ -32,6 +33,18 @@ class RunProgress:
         """Take note that a node has dealt with the input of a stamp [ns]."""
         if stamp > self._dealt[node]:
             self._dealt[node], self._heard = stamp, now
+
+    def note_refused(self, stamp: int) -> None:
+        """Take note that imitation has dealt with the posterior of a stamp [ns], plan or no plan.
+
+        A task that BN^R does not know gets none.
+        """
+        self._refused.add(stamp)
+
+    @property
+    def total(self) -> int:
+        """Number of the bag's frames."""
+        return len(self._stamps)
 
     @property
     def seen(self) -> int:
@@ -53,8 +66,8 @@ class RunProgress:
         if len(final) < len(got.grasps):
             return "inference gave no conclusion on a stable grasp"
         grasps = {grasp.stamp for grasp in got.grasps}
-        concluded = [p for p in final if p.stamp in grasps and p.best is not None]
-        if len({plan.stamp for plan in got.plans}) < min(len(concluded), 1):
+        concluded = {p.stamp for p in final if p.stamp in grasps and p.best is not None}
+        if len({plan.stamp for plan in got.plans}) < len(concluded - self._refused):
             return "imitation gave no plan for a concluded task"
         return ""
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from intent_imitation.planner.plan import GraspPlan, ObjectChoice
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.intention.estimator import TaskPosterior
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import quaternion_from_rotation
@@ -26,6 +27,8 @@ class DemoTruth:
     """Stamp of the grasp [ns]."""
     joint_error: float | None
     """Mean distance of the 21 tracked joints from the truth while the hand is in view [m]."""
+    synthetic: bool = False
+    """The pixels are rendered, by bags/make.py."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +64,12 @@ class DemoRecord:
     truth: DemoTruth | None = None
     frames_left_out: int = 0
     """Frames of the bag that are damaged."""
+    written: str = ""
+    """Date and time of the run, as the report shows it."""
+    version: str = ""
+    """Of this software."""
+    robot_hand: GraspingHand | None = None
+    """The hand that the plan is for, to be drawn; None: it is not known what it looks like."""
 
     @property
     def final(self) -> TaskPosterior | None:
@@ -98,7 +107,7 @@ def result(record: DemoRecord) -> dict[str, Any]:
         "best_task": None if final is None else final.best,
         "true_task": None if truth is None else truth.task,
         "chosen_object": plan.grasps[0].object_id if plan is not None and plan.grasps else None,
-        "grasp": _grasp(plan) if plan is not None and plan.grasps else None,
+        "grasp": grasp_values(plan) if plan is not None and plan.grasps else None,
         "nothing_affords": None if plan is None else plan.nothing_affords,
         "nothing_recognised": None if plan is None else plan.nothing_recognised,
         "robot_objects": None if plan is None else [_choice(choice) for choice in plan.objects],
@@ -118,12 +127,12 @@ def _choice(choice: ObjectChoice) -> dict[str, Any]:
     return {
         "id": choice.id,
         "class": choice.object_class,
-        "probability": choice.probability,
+        "probability": choice.probability if choice.judged else None,
         "affords": choice.affords,
     }
 
 
-def _grasp(plan: GraspPlan) -> dict[str, Any]:
+def grasp_values(plan: GraspPlan) -> dict[str, Any]:
     """Return the best grasp as JSON values in m and rad; the pose is in the table frame."""
     best = plan.grasps[0]
     return {

@@ -2,17 +2,15 @@
 
 A `GraspCandidate` maps one to one to moveit_msgs/Grasp:
 
-| moveit_msgs/Grasp | here |
-|---|---|
-| id | object_id and the rank in the plan |
-| pre_grasp_posture | joint_names, pregrasp_joints |
-| grasp_posture | joint_names, grasp_joints |
-| grasp_pose | T_table_hand, in the frame of the robot's objects |
-| grasp_quality | score |
-| pre_grasp_approach | direction approach; desired 0.16 m, as checked for collisions |
-| post_grasp_retreat | direction +z of the table |
-| max_contact_force | 0 (not limited here; the fingers' torques are) |
-| allowed_touch_objects | object_id |
+- id: object_id and the rank in the plan
+- pre_grasp_posture: joint_names, pregrasp_joints
+- grasp_posture: joint_names, grasp_joints
+- grasp_pose: T_table_hand, in the frame of the robot's objects
+- grasp_quality: score
+- pre_grasp_approach: direction approach; desired 0.16 m, as checked for collisions
+- post_grasp_retreat: direction +z of the table
+- max_contact_force: 0 (not limited here; the fingers' torques are)
+- allowed_touch_objects: object_id
 """
 
 from dataclasses import dataclass, field
@@ -32,9 +30,15 @@ class ObjectChoice:
     object_class: str
     """Class, empty where the recogniser knows none."""
     probability: float
-    """p(o | t*, BN^R) over the objects on the table; sums to one over them."""
+    """p(o | t*, BN^R) over the objects on the table; sums to one over those that were judged. NaN:
+    not judged, because it is of no known class while others serve, or nothing is known of it."""
     affords: bool
     """Whether p(t* | o) and at least one reachable grasp say that the object can do it."""
+
+    @property
+    def judged(self) -> bool:
+        """Whether BN^R was asked about the object."""
+        return not np.isnan(self.probability)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ second, and pass over objects without a reachable grasp for the task: the robot 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,9 +44,12 @@ class PlannerConfig(Checked):
     minimum_grasp: float = 0.6
     """Least p(t* | o, a) of its best reachable grasp; below, the object is unfit. Chosen on objects
     that BN^R was not trained on, where 0.5 accepts tools with no fitting grasp in reach; 0..1."""
+    acts_on: Literal["grasp", "motion"] = "grasp"
+    """grasp: one plan for the task that is best at the stable grasp; motion: plans that follow what
+    the person means while the object moves, and are cancelled with it."""
     intention: float = 0.1
-    """Least probability, of what the person means (`intends`), of a task that is planned for,
-    0..1."""
+    """Least probability, of what the person means (`intends`), of a task that is planned for where
+    it acts on the motion, 0..1."""
     overtake: float = 0.1
     """Another task must be meant by so much more before its plan takes the place of one, 0..1."""
     table_gap: float = 0.001
@@ -84,6 +88,8 @@ class _Option:
     """p(t* | o)."""
     grasps: tuple[GraspCandidate, ...]
     """Reachable grasps, best first."""
+    judged: bool = True
+    """Whether BN^R was asked about it."""
 
     @property
     def best(self) -> float:
@@ -148,6 +154,11 @@ class GraspPlanner:
         """Thresholds and gaps."""
         return self._config
 
+    @property
+    def hand(self) -> GraspingHand:
+        """The robot's hand."""
+        return self._hand
+
     def kinds(self, item: RecognizedObject) -> Mapping[str, float]:
         """Return p(class) of a recognised object: as told, or as its shape suggests."""
         return self._source.kinds(item.model, item.object_class)
@@ -161,16 +172,26 @@ class GraspPlanner:
         self._answered: tuple[str, str] | None = None
 
     def step(self, posterior: TaskPosterior) -> GraspPlan | None:
-        """Return a plan where a task is meant, or word that the last one no longer holds.
+        """Return a plan for a grasp, or word that the last one no longer holds.
 
-        The task is the best of the posterior, meant with at least the probability `intention`. One
-        plan answers an intention as long as it lasts; where another task is meant its plan takes
-        the place, and where none is, the plan is cancelled. None: nothing new, or not sure yet.
+        None: nothing new, or not sure yet. By default (`acts_on` grasp) a stable grasp is answered
+        once, by a plan for the best task at that moment. Where `acts_on` is motion, what the person
+        does afterwards counts as well: the plan of another task takes the place of one, and where
+        no task is meant any more the plan is cancelled.
         """
-        if posterior.preliminary:
+        if posterior.preliminary or posterior.stage == "PUT_BACK":
             self.forget()  # the hand reaches anew
-        if posterior.preliminary or posterior.stage == "PUT_BACK" or self._objects is None:
             return None
+        if self._objects is None:
+            return None
+        if self._config.acts_on == "motion":
+            return self._intended(posterior)
+        if posterior.best is None or self._answered is not None:
+            return None
+        return self._answer(posterior, posterior.best)
+
+    def _intended(self, posterior: TaskPosterior) -> GraspPlan | None:
+        """Return what the person's intention asks for, given what was answered before."""
         meant = dict(zip(posterior.tasks, posterior.intends.tolist(), strict=False))
         task, before = posterior.best, self._answered
         if task is not None and meant[task] < self._config.intention:
@@ -184,8 +205,9 @@ class GraspPlanner:
                 return self._cancelled(before[1], posterior.stamp) if before[1] else None
             if task is None or meant[task] < holds + self._config.overtake:
                 return None
-        if task is None:
-            return None
+        return None if task is None else self._answer(posterior, task)
+
+    def _answer(self, posterior: TaskPosterior, task: str) -> GraspPlan:
         self._answered = (posterior.object_id, task)
         return self.plan(task, posterior.stamp)
 
@@ -209,15 +231,17 @@ class GraspPlanner:
         options.sort(
             key=lambda option: (
                 not self._affords(option),
+                not option.judged,
                 -option.chance * (option.best if self._affords(option) else 1.0),
             )
         )
         total = sum(option.chance for option in options)
+        judged = sum(option.judged for option in options)
         choices = tuple(
             ObjectChoice(
                 option.id,
                 option.object_class,
-                option.chance / total if total > 0.0 else 1.0 / len(options),
+                _share(option.chance, total, judged) if option.judged else float("nan"),
                 self._affords(option),
             )
             for option in options
@@ -234,7 +258,7 @@ class GraspPlanner:
         )
 
     def _options(self, task: str, of_class: bool) -> list[_Option]:
-        """Return all objects; unknown ones, or those of no class if asked, have no chance.
+        """Return all objects; unknown ones, or those of no class if asked, are not judged.
 
         Args:
             task: what they shall serve.
@@ -244,7 +268,7 @@ class GraspPlanner:
         return [
             self._option(index, task)
             if self._source.knows(item.model) and (item.object_class or not of_class)
-            else _Option(item.id, item.object_class, 0.0, ())
+            else _Option(item.id, item.object_class, 0.0, (), judged=False)
             for index, item in enumerate(self._objects.objects)
         ]
 
@@ -358,6 +382,11 @@ class GraspPlanner:
             for k, row in enumerate(rows)
             if free[k]
         ]
+
+
+def _share(chance: float, total: float, count: int) -> float:
+    """Return a chance as a share of all; where none has any, they are equally likely."""
+    return chance / total if total > 0.0 else 1.0 / count
 
 
 def _file(name: str) -> Path | None:

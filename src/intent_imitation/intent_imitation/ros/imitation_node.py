@@ -10,8 +10,8 @@ from intent_inference.intention.estimator import TaskPosterior
 from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_perception.ros.convert import TABLE_FRAME
+from intent_perception.ros.latest_result import LatestResult
 from intent_perception.ros.node import (
-    LATEST,
     IntentNode,
     declared,
     declared_database,
@@ -32,13 +32,15 @@ class ImitationNode(IntentNode):
         database = declared_database(self)
         self._planner = GraspPlanner(database, declared(self, PlannerConfig()))
         self._planner.rehearse()
+        self._publisher = LatestResult(self, msgs.GraspPlan, "intent/grasp_plan")
         self.reset()
-        self._publisher = self.create_publisher(msgs.GraspPlan, "intent/grasp_plan", LATEST)
         listen_for_objects(self, "~/robot_objects", "~/robot_shapes", database, self._on_objects)
         self.listen_for_news(msgs.TaskPosterior, "intent/task_posterior", self._on_posterior)
 
     def reset(self) -> None:
-        """Forget the task that waits for a table."""
+        """Forget the task that waits for a table, and the answer to the one before."""
+        self._publisher.take_back()
+        self._planner.forget()
         self._waiting: TaskPosterior | None = None
         self._frame = TABLE_FRAME
 
@@ -52,14 +54,17 @@ class ImitationNode(IntentNode):
         self._plan(posterior_from_msg(message))
 
     def _plan(self, posterior: TaskPosterior) -> None:
+        if posterior.preliminary:  # another reach: the last plan answers nothing any more
+            self._publisher.take_back()
+            self._waiting = None
         plan = self._planner.step(posterior)
         if plan is not None:
             self._publisher.publish(plan_to_msg(plan, self._frame))
             if plan.refusal:
                 self.get_logger().warning(f"no grasp for {plan.task}: {plan.refusal}")
             self._waiting = None
-        elif not posterior.preliminary:
-            self._waiting = posterior
+        elif not posterior.preliminary and self._waiting is None:
+            self._waiting = posterior  # the grasp's own, not that of a later moment
 
 
 def main() -> None:

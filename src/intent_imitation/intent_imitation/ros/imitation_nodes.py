@@ -13,3 +13,13 @@ def imitation() -> NoReturn:
 def demo() -> NoReturn:
     """Run the node demo."""
     command("intent_imitation.ros.demo_node")
+
+
+def viewer() -> NoReturn:
+    """Run the node viewer."""
+    command("intent_imitation.ros.viewer_node")
+
+
+def bridge() -> NoReturn:
+    """Run the node bridge."""
+    command("intent_imitation.ros.bridge_node")

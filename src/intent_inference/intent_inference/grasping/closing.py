@@ -29,8 +29,12 @@ def _links(
             for k in range(3):
                 t[link, i] += turns[parent, i, k] * origin[k, 3]
         angle = np.float32(0.0)
+        place = np.float32(0.0)
         if hand.drivers[link] >= 0:
-            angle = hand.ratios[link] * joints[hand.drivers[link]]
+            if hand.slides[link]:
+                place = hand.ratios[link] * joints[hand.drivers[link]]
+            else:
+                angle = hand.ratios[link] * joints[hand.drivers[link]]
         c, s = np.cos(angle), np.sin(angle)
         x, y, z = hand.axes[link, 0], hand.axes[link, 1], hand.axes[link, 2]
         d = np.float32(1.0) - c
@@ -51,6 +55,7 @@ def _links(
                 turns[link, i, 2] = a * q02 + b * q12 + e * q22
             else:
                 turns[link, i, 0], turns[link, i, 1], turns[link, i, 2] = a, b, e
+            t[link, i] += place * (a * x + b * y + e * z)
 
 
 @nb.njit(cache=True, fastmath=True, error_model="numpy")
@@ -154,7 +159,10 @@ def _longest_step(
                     spheres[sphere, 1] - t[link, 1],
                     spheres[sphere, 2] - t[link, 2],
                 )
-                speed += np.abs(speeds[joint]) * np.sqrt(dx * dx + dy * dy + dz * dz)
+                lever = np.sqrt(dx * dx + dy * dy + dz * dz)
+                if hand.slides[link]:
+                    lever = np.float32(1.0)
+                speed += np.abs(speeds[joint] * hand.ratios[link]) * lever
             link = hand.parents[link]
         if speed > 1e-6:
             step = min(step, max(clearance[sphere], np.float32(0.0)) / speed)

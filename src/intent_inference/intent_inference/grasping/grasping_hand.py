@@ -22,8 +22,8 @@ _SPHERE_SPACING = 0.007
 """Distance of the spheres along a capsule and on a box [m]."""
 _LARGEST_SPAN = 10.0
 """No length [m], share or speed of a pre-shape is larger."""
-_BOX_SPHERE = 0.008
-"""Radius of the spheres that cover a box [m]."""
+_BOX_SPHERE, _THINNEST = 0.008, 0.003
+"""Radius of the spheres that cover a box, and of those that cover a thin one at least [m]."""
 
 
 class SphereArrays(NamedTuple):
@@ -35,6 +35,8 @@ class SphereArrays(NamedTuple):
     axes: Floats
     drivers: Integers
     ratios: Floats
+    slides: NDArray[np.bool_]
+    """(L,) whether a link slides along its axis."""
     chain_starts: Integers
     """(F + 1,) first link of each finger, then L."""
     sphere_links: Integers
@@ -86,9 +88,9 @@ class Preshape:
     residual: float | None
     """Limit of the static filter, see `FilterConfig`, where the first contacts say little."""
     open: Array
-    """(J,) posture before closing [rad]."""
+    """(J,) posture before closing [rad], of sliding joints [m]."""
     rates: Array
-    """(J,) relative closing speeds; 0 stays."""
+    """(J,) relative closing speeds; 0 stays; of sliding joints metres where others turn 1 rad."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,14 +143,18 @@ class GraspingHand:
         cls, name: str, description: dict[str, Any], folder: Path
     ) -> "GraspingHand":
         """Return the hand of a parsed description; relative URDF paths start at `folder`."""
-        table = _table(description["table"], folder)
-        chains = _chain_names(table)
+        table = _table(description["table"], folder, str(description.get("base", "")))
         if not description.get("preshapes"):
             raise ValueError(f"hand {name}: expected at least one pre-shape")
+        chains, starts = _fingers(table, description["preshapes"])
         preshapes = tuple(_preshape(table, entry) for entry in description["preshapes"])
-        effort = _effort(table, chains, description)
-        grips = {entry["name"]: _grip(table, chains, entry) for entry in description["preshapes"]}
-        arrays = _arrays(table, chains, description)
+        joints = _joints_of_fingers(table, starts)
+        effort = _effort(table, dict(zip(chains, joints, strict=True)), description)
+        grips = {
+            entry["name"]: _grip(table, dict(zip(chains, joints, strict=True)), entry)
+            for entry in description["preshapes"]
+        }
+        arrays = _arrays(table, chains, starts, description)
         strength = float(description.get("strength", 60.0))
         squeeze = float(description.get("squeeze", 0.05))
         hand = cls(name, table, chains, preshapes, effort, grips, arrays, strength, squeeze)
@@ -178,21 +184,56 @@ class GraspingHand:
                 raise ValueError(f"pre-shape {shape.name}: expected weight and widest above 0")
 
 
-def _table(source: str, folder: Path) -> JointTable:
+def _table(source: str, folder: Path, base: str) -> JointTable:
     if source == "human":
         return HandModel().table
     if source == "schunk":
         return schunk_hand()
-    return table_from_urdf(folder / source)
+    return table_from_urdf(folder / source, base)
 
 
-def _chain_names(table: JointTable) -> tuple[str, ...]:
-    """Return a finger name per child of the base: the common stem of its links' names."""
-    return tuple(
-        table.link_names[link].rsplit("_", 1)[0]
-        for link in range(1, len(table.parents))
-        if table.parents[link] == 0
-    )
+def _fingers(
+    table: JointTable, preshapes: Sequence[dict[str, Any]]
+) -> tuple[tuple[str, ...], list[int]]:
+    """Return name and first link of each finger: what hangs on the base by joints of its own.
+
+    The two jaws that one motor closes are one finger: it stops when either of them touches. A
+    finger is called by the common stem of its links' names, or as its first link where that names
+    several.
+    """
+    branches = [link for link in range(1, len(table.parents)) if table.parents[link] == 0]
+    if not branches:
+        raise ValueError(f"hand {table.name}: no joint moves anything")
+    closing = {
+        int(joint)
+        for entry in preshapes
+        for joint in np.flatnonzero(_posture(table, entry["rates"]))
+    }
+    ends = [*branches[1:], len(table.parents)]
+    moved = [
+        set(table.drivers[a:b].tolist()) & closing for a, b in zip(branches, ends, strict=True)
+    ]
+    starts = [branches[0]]
+    for index in range(1, len(branches)):
+        before = set[int]().union(*moved[:index])
+        if not before & set[int]().union(*moved[index:]):
+            starts.append(branches[index])
+    stems = [table.link_names[link].rsplit("_", 1)[0] for link in starts]
+    names = [
+        stem if stems.count(stem) == 1 else table.link_names[link]
+        for stem, link in zip(stems, starts, strict=True)
+    ]
+    return tuple(names), starts
+
+
+def _joints_of_fingers(table: JointTable, starts: list[int]) -> list[list[int]]:
+    """Return the joints of each finger that move no other."""
+    ends = [*starts[1:], len(table.parents)]
+    moved = [set(table.drivers[a:b].tolist()) - {-1} for a, b in zip(starts, ends, strict=True)]
+    return [
+        sorted(own - set[int]().union(*moved[:index], *moved[index + 1 :]))
+        for index, own in enumerate(moved)
+    ]
 
 
 def _joint_indices(table: JointTable, finger: str) -> list[int]:
@@ -227,7 +268,8 @@ def _unit(vector: Sequence[float] | Array) -> Array:
 def _preshape(table: JointTable, entry: dict[str, Any]) -> Preshape:
     approach = _unit(entry["approach"])
     closing = np.asarray(entry["closing"], dtype=np.float64)
-    posture = np.radians(_posture(table, entry["open"]))
+    posture = _posture(table, entry["open"])
+    posture = np.where(table.sliding_joints, posture, np.radians(posture))
     return Preshape(
         str(entry["name"]),
         float(entry.get("weight", 1.0)),
@@ -249,36 +291,35 @@ def _preshape(table: JointTable, entry: dict[str, Any]) -> Preshape:
     )
 
 
-def _effort(table: JointTable, chains: tuple[str, ...], description: dict[str, Any]) -> Array:
+def _effort(table: JointTable, fingers: dict[str, list[int]], description: dict[str, Any]) -> Array:
     """Return the torque limits (J,) per level of each finger; `knuckle_effort` for the others."""
     effort = np.full(len(table.joint_names), float(description.get("knuckle_effort", 1.0)))
-    for finger in chains:
+    for finger, joints in fingers.items():
         levels = description["effort"].get(finger, description["effort"]["others"])
-        for level, joint in enumerate(_joint_indices(table, finger)):
+        for level, joint in enumerate(joints):
             effort[joint] = levels[min(level, len(levels) - 1)]
     return effort
 
 
-def _grip(table: JointTable, chains: tuple[str, ...], entry: dict[str, Any]) -> Array:
+def _grip(table: JointTable, fingers: dict[str, list[int]], entry: dict[str, Any]) -> Array:
     """Return the share (J,) of the torque limits that a pre-shape uses."""
     grip = np.ones(len(table.joint_names))
     shares = entry.get("grip", {})
-    for finger in chains:
-        grip[_joint_indices(table, finger)] = shares.get(finger, shares.get("others", 1.0))
+    for finger, joints in fingers.items():
+        grip[joints] = shares.get(finger, shares.get("others", 1.0))
     return grip
 
 
 def _arrays(
-    table: JointTable, chains: tuple[str, ...], description: dict[str, Any]
+    table: JointTable, chains: tuple[str, ...], starts: list[int], description: dict[str, Any]
 ) -> SphereArrays:
-    starts = [link for link in range(1, len(table.parents)) if table.parents[link] == 0]
     chain_starts = np.array([*starts, len(table.parents)], dtype=np.int32)
     links, centers, radii = _spheres(table)
     joint_chains = np.full(len(table.joint_names), -1, dtype=np.int32)
     follows = np.full(len(table.joint_names), -1, dtype=np.int32)
     coupling = description.get("coupling")
-    for chain, finger in enumerate(chains):
-        joints = _joint_indices(table, finger)
+    for chain, joints in enumerate(_joints_of_fingers(table, starts)):
+        finger = chains[chain]
         joint_chains[joints] = chain
         if coupling is not None and finger != "thumb":
             follows[joints[-1]] = joints[-2]
@@ -292,6 +333,7 @@ def _arrays(
         table.axes.astype(np.float32),
         table.drivers.astype(np.int32),
         table.ratios.astype(np.float32),
+        table.slides,
         chain_starts,
         links,
         centers,
@@ -323,10 +365,11 @@ def _spheres(table: JointTable) -> tuple[Integers, Floats, Floats]:
     for link, pose, half in zip(
         table.boxes.links, table.boxes.poses, table.boxes.half_sizes, strict=True
     ):
-        for point in _box_grid(half - _BOX_SPHERE):
+        radius = float(np.clip(half.min(), _THINNEST, _BOX_SPHERE))
+        for point in _box_grid(np.maximum(half - radius, 0.0), radius):
             links.append(int(link))
             centers.append(pose[:3, :3] @ point + pose[:3, 3])
-            radii.append(_BOX_SPHERE)
+            radii.append(radius)
     order = np.argsort(links, kind="stable")
     return (
         np.array(links, dtype=np.int32)[order],
@@ -335,9 +378,9 @@ def _spheres(table: JointTable) -> tuple[Integers, Floats, Floats]:
     )
 
 
-def _box_grid(half: Array) -> Array:
+def _box_grid(half: Array, radius: float) -> Array:
     """Return points (N, 3) on the surface of a box of half edges `half`, about 2 radii apart."""
-    counts = np.maximum(2, np.ceil(half / _BOX_SPHERE).astype(int) + 1)
+    counts = np.where(half > 0.0, np.maximum(2, np.ceil(half / radius).astype(int) + 1), 1)
     axes = [np.linspace(-h, h, n) for h, n in zip(half, counts, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     return np.asarray(grid[np.any(np.abs(np.abs(grid) - half) < 1e-9, axis=1)])

@@ -5,10 +5,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from intent_inference.grasping.urdf_shapes import axis_of, collision_shapes, origin_of, tip_of
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.checked_files import read_text
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
-from intent_tracking.scene.joint_table import Capsules, JointTable, LinkBoxes
+from intent_tracking.scene.joint_table import JointTable
 
 _PALM_MASS, _LINK_MASS = 0.3, 0.02  # [kg]; the base is fixed and gravity acts on the object alone
 _INERTIA = 1e-4
@@ -42,17 +43,22 @@ def urdf_text(table: JointTable, effort: Array, locked: Array | None = None) -> 
     return "\n".join(lines)
 
 
-def table_from_urdf(path: Path) -> JointTable:
-    """Return the joint table of a URDF whose collision shapes are spheres, cylinders or boxes.
+def table_from_urdf(path: Path, base: str = "") -> JointTable:
+    """Return the joint table of a URDF: its joints turn or slide, its shapes collide.
 
-    Cylinders become capsules of the same length. The tips of links without children are landmarks.
+    Cylinders become capsules of the same length, meshes a few boxes. What is fixed to a link is a
+    part of it. The tips of links without children are landmarks.
+
+    Args:
+        path: URDF file, xacro already carried out.
+        base: link that the hand begins with; empty: the root.
 
     Raises:
-        ValueError: if the file is not a URDF or a collision shape is a mesh.
+        ValueError: if the file is not a URDF or describes something that is no hand.
     """
     try:
         robot = ElementTree.fromstring(_without_entities(read_text(path)))
-        return _table_of(robot, path)
+        return _table_of(robot, path, base)
     except ElementTree.ParseError as error:
         raise ValueError(f"{path}: expected a readable URDF file ({error})") from error
     except (ValueError, IndexError, KeyError) as error:
@@ -64,42 +70,75 @@ def _without_entities(text: str) -> str:
     """Return XML that defines no entities: a few lines of them may stand for gigabytes."""
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ValueError("expected a URDF without a document type and entities")
+    if "<xacro:" in text:
+        raise ValueError("expected a URDF, got xacro: run xacro on it first")
     return text
 
 
-def _table_of(robot: ElementTree.Element, path: Path) -> JointTable:
+def _table_of(robot: ElementTree.Element, path: Path, base: str) -> JointTable:
     """Return the joint table of a parsed URDF."""
     joints = {_child(joint, "child", "link"): joint for joint in robot.findall("joint")}
-    names = _ordered_links(robot, joints)
-    driven = [name for name in names if name in joints and _moves(joints[name])]
-    free = [name for name in driven if joints[name].find("mimic") is None]
+    names = _ordered_links(robot, joints, base)
+    moving = [names[0]] + [name for name in names[1:] if _moves(joints[name])]
+    free = [name for name in moving[1:] if joints[name].find("mimic") is None]
     joint_names = tuple(joints[name].get("name", name) for name in free)
     limits = np.array([_limits(joints[name]) for name in free]).reshape(-1, 2)
-    drivers, ratios = np.full(len(names), -1), np.ones(len(names))
-    for name in driven:
-        mimic = joints[name].find("mimic")
-        source = joints[name].get("name", "") if mimic is None else mimic.get("joint", "")
+    carriers, mounts = _carriers(names, joints, set(moving))
+    drivers, ratios = np.full(len(moving), -1), np.ones(len(moving))
+    origins, axes = [np.eye(4)], [np.zeros(3)]
+    for link, name in enumerate(moving[1:], start=1):
+        joint = joints[name]
+        mimic = joint.find("mimic")
+        source = joint.get("name", "") if mimic is None else mimic.get("joint", "")
         if source not in joint_names:
-            raise ValueError(f"{path}: joint {joints[name].get('name')} mimics unknown {source!r}")
-        drivers[names.index(name)] = joint_names.index(source)
-        ratios[names.index(name)] = 1.0 if mimic is None else float(mimic.get("multiplier", "1"))
-    capsules, boxes = _collision_shapes(robot, names, path)
-    tips = [link for link in range(len(names)) if not _has_child(names[link], joints)]
+            raise ValueError(f"{path}: joint {joint.get('name')} mimics unknown {source!r}")
+        drivers[link] = joint_names.index(source)
+        parent = _child(joint, "parent", "link")
+        axes.append(axis_of(joint))
+        origins.append(mounts[parent] @ origin_of(joint) @ _start(joint, mimic))
+        ratios[link] = 1.0 if mimic is None else float(mimic.get("multiplier", "1"))
+    parents = [moving.index(carriers[_child(joints[n], "parent", "link")]) for n in moving[1:]]
+    capsules, boxes = collision_shapes(robot, path, carriers, mounts, moving)
+    tips = [link for link in range(1, len(moving)) if link not in parents]
     return JointTable(
         str(robot.get("name", path.stem)),
-        tuple(names),
-        np.array([-1] + [names.index(_child(joints[n], "parent", "link")) for n in names[1:]]),
-        np.array([np.eye(4)] + [_origin(joints[name]) for name in names[1:]]),
-        np.array([np.zeros(3)] + [_axis(joints[name]) for name in names[1:]]),
+        tuple(moving),
+        np.array([-1, *parents]),
+        np.array(origins),
+        np.array(axes),
         drivers,
         ratios,
         joint_names,
         limits,
         capsules,
-        np.array(tips),
-        np.array([_tip(capsules, link) for link in tips]),
+        np.array(tips, dtype=np.int64),
+        np.array([tip_of(capsules, boxes, link) for link in tips]).reshape(-1, 3),
         boxes,
+        tuple(k for k, n in enumerate(moving) if k and joints[n].get("type") == "prismatic"),
     )
+
+
+def _carriers(
+    names: list[str], joints: dict[str, ElementTree.Element], moving: set[str]
+) -> tuple[dict[str, str], dict[str, Array]]:
+    """Return for each link the moving link (or base) that it is fixed to, and its pose in it."""
+    carriers, mounts = dict[str, str](), dict[str, Array]()
+    for name in names:  # parents first
+        if name in moving:
+            carriers[name], mounts[name] = name, np.eye(4)
+        else:
+            parent = _child(joints[name], "parent", "link")
+            carriers[name] = carriers[parent]
+            mounts[name] = mounts[parent] @ origin_of(joints[name])
+    return carriers, mounts
+
+
+def _start(joint: ElementTree.Element, mimic: ElementTree.Element | None) -> Array:
+    """Return where a mimicking joint stands when the one that it follows is at zero (4, 4)."""
+    offset = 0.0 if mimic is None else float(mimic.get("offset", "0"))
+    if joint.get("type") == "prismatic":
+        return make_pose(np.eye(3), offset * axis_of(joint))
+    return make_pose(rotation_from_vector(offset * axis_of(joint)), np.zeros(3))
 
 
 def roll_pitch_yaw(rotation: Array) -> tuple[float, float, float]:
@@ -108,18 +147,6 @@ def roll_pitch_yaw(rotation: Array) -> tuple[float, float, float]:
         float(np.arctan2(rotation[2, 1], rotation[2, 2])),
         float(np.arctan2(-rotation[2, 0], np.hypot(rotation[2, 1], rotation[2, 2]))),
         float(np.arctan2(rotation[1, 0], rotation[0, 0])),
-    )
-
-
-def rotation_from_roll_pitch_yaw(angles: Array) -> Array:
-    """Return the rotation (3, 3) of URDF's fixed-axis angles [rad]."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(angles), np.sin(angles)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
     )
 
 
@@ -157,9 +184,11 @@ def _shapes(table: JointTable, link: int) -> list[str]:
 def _joint(table: JointTable, link: int, effort: Array, locked: Array) -> str:
     driver, origin = table.drivers[link], table.origins[link]
     rigid = driver < 0 or not np.isnan(locked[driver])
+    slides = link in table.sliding
     if driver >= 0 and rigid:
-        turn = rotation_from_vector(table.axes[link] * table.ratios[link] * locked[driver])
-        origin = origin @ make_pose(turn, np.zeros(3))
+        way = table.axes[link] * table.ratios[link] * locked[driver]
+        moved = (np.eye(3), way) if slides else (rotation_from_vector(way), np.zeros(3))
+        origin = origin @ make_pose(*moved)
     ends = (
         f'{_placement(origin)}<parent link="{table.link_names[table.parents[link]]}"/>'
         f'<child link="{table.link_names[link]}"/>'
@@ -169,7 +198,8 @@ def _joint(table: JointTable, link: int, effort: Array, locked: Array) -> str:
     axis = " ".join(f"{value:.6g}" for value in table.axes[link])
     lower, upper = sorted(table.limits[driver] * table.ratios[link])
     return (
-        f'<joint name="joint_{link}" type="revolute">{ends}<axis xyz="{axis}"/>'
+        f'<joint name="joint_{link}" type="{"prismatic" if slides else "revolute"}">{ends}'
+        f'<axis xyz="{axis}"/>'
         f'<limit lower="{lower:.6g}" upper="{upper:.6g}" effort="{effort[driver]:.6g}" '
         'velocity="5"/></joint>'
     )
@@ -182,14 +212,14 @@ def _child(element: ElementTree.Element, tag: str, attribute: str) -> str:
     return str(found.get(attribute))
 
 
-def _has_child(name: str, joints: dict[str, ElementTree.Element]) -> bool:
-    return any(_child(joint, "parent", "link") == name for joint in joints.values())
-
-
-def _ordered_links(robot: ElementTree.Element, joints: dict[str, ElementTree.Element]) -> list[str]:
+def _ordered_links(
+    robot: ElementTree.Element, joints: dict[str, ElementTree.Element], base: str
+) -> list[str]:
     """Return link names depth first, so that the links of one finger follow one another."""
     names = [str(link.get("name")) for link in robot.findall("link")]
-    roots = [name for name in names if name not in joints]
+    roots = [base] if base else [name for name in names if name not in joints]
+    if base and base not in names:
+        raise ValueError(f"no link is called {base!r}; there are {', '.join(names)}")
     if len(roots) != 1:
         raise ValueError(f"expected one base link, got {roots}")
     if len(set(names)) != len(names):
@@ -202,7 +232,7 @@ def _ordered_links(robot: ElementTree.Element, joints: dict[str, ElementTree.Ele
         waiting += [
             child for child, joint in joints.items() if _child(joint, "parent", "link") == name
         ][::-1]
-    if sorted(ordered) != sorted(names):
+    if not base and sorted(ordered) != sorted(names):
         raise ValueError(
             f"expected every link below {roots[0]}, got {len(ordered)} of {len(names)}"
         )
@@ -211,84 +241,19 @@ def _ordered_links(robot: ElementTree.Element, joints: dict[str, ElementTree.Ele
 
 def _moves(joint: ElementTree.Element) -> bool:
     kind = joint.get("type")
-    if kind not in ("revolute", "continuous", "fixed"):
+    if kind not in ("revolute", "continuous", "prismatic", "fixed"):
         raise ValueError(
-            f"joint {joint.get('name')!r} is {kind}; expected revolute, continuous or fixed: "
-            "a hand whose fingers slide cannot be described here"
+            f"joint {joint.get('name')!r} is {kind}; expected revolute, continuous, prismatic or "
+            "fixed"
         )
     return kind != "fixed"
 
 
 def _limits(joint: ElementTree.Element) -> tuple[float, float]:
-    limit = joint.find("limit")
-    if limit is None:
+    limit, slides = joint.find("limit"), joint.get("type") == "prismatic"
+    if slides and (limit is None or limit.get("upper") is None):
+        raise ValueError(f"joint {joint.get('name')!r} slides without limits")
+    if limit is None or joint.get("type") == "continuous":
         return -np.pi, np.pi
-    if joint.get("type") == "continuous":
-        return -np.pi, np.pi
-    return float(limit.get("lower", -np.pi)), float(limit.get("upper", np.pi))
-
-
-def _vector(text: str | None, default: str) -> Array:
-    values = np.array([float(value) for value in (text or default).split()])
-    if values.shape != (3,) or not np.all(np.isfinite(values)):
-        raise ValueError(f"expected three numbers, got {text!r}")
-    return values
-
-
-def _origin(element: ElementTree.Element) -> Array:
-    pose = np.eye(4)
-    origin = element.find("origin")
-    if origin is not None:
-        pose[:3, :3] = rotation_from_roll_pitch_yaw(_vector(origin.get("rpy"), "0 0 0"))
-        pose[:3, 3] = _vector(origin.get("xyz"), "0 0 0")
-    return pose
-
-
-def _axis(joint: ElementTree.Element) -> Array:
-    axis = joint.find("axis")
-    vector = _vector(None if axis is None else axis.get("xyz"), "1 0 0")
-    length = float(np.linalg.norm(vector))
-    if length < 1e-9:
-        raise ValueError(f"joint {joint.get('name')!r} turns about an axis of length zero")
-    return np.asarray(vector / length)
-
-
-def _collision_shapes(
-    robot: ElementTree.Element, names: list[str], path: Path
-) -> tuple[Capsules, LinkBoxes]:
-    links, ends, radii = [], [], []
-    box_links, poses, halves = [], [], []
-    for link in robot.findall("link"):
-        index = names.index(str(link.get("name")))
-        for collision in link.findall("collision"):
-            pose, geometry = _origin(collision), collision.find("geometry")
-            shape = None if geometry is None else next(iter(geometry), None)
-            if shape is not None and shape.tag == "box":
-                box_links.append(index)
-                poses.append(pose)
-                halves.append(_vector(shape.get("size"), "0 0 0") / 2)
-            elif shape is not None and shape.tag in ("cylinder", "capsule", "sphere"):
-                half = np.array([0.0, 0.0, float(shape.get("length", "0")) / 2])
-                links.append(index)
-                ends.append([pose[:3, :3] @ end + pose[:3, 3] for end in (-half, half)])
-                radii.append(float(shape.get("radius", "0")))
-            else:
-                tag = "nothing" if shape is None else shape.tag
-                raise ValueError(
-                    f"{path}: link {link.get('name')} collides by {tag}; expected "
-                    "box, cylinder, capsule or sphere"
-                )
-    if not links:
-        raise ValueError(f"{path}: expected at least one cylinder, capsule or sphere")
-    boxes = LinkBoxes(
-        np.array(box_links, dtype=np.int64),
-        np.array(poses).reshape(-1, 4, 4),
-        np.array(halves).reshape(-1, 3),
-    )
-    return Capsules(np.array(links), np.array(ends), np.array(radii)), boxes
-
-
-def _tip(capsules: Capsules, link: int) -> Array:
-    """Return the far end of a link's last capsule, on the skin [m]; the origin if it has none."""
-    found = np.flatnonzero(capsules.links == link)
-    return np.zeros(3) if len(found) == 0 else capsules.ends[found[-1], 1]
+    free = "0" if slides else str(-np.pi)
+    return float(limit.get("lower", free)), float(limit.get("upper", str(np.pi)))

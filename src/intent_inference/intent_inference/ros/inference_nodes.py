@@ -8,3 +8,8 @@ from intent_perception.basics.commands import command
 def inference() -> NoReturn:
     """Run the node inference."""
     command("intent_inference.ros.inference_node")
+
+
+def record() -> NoReturn:
+    """Run the node record."""
+    command("intent_inference.ros.record_node")

@@ -30,7 +30,7 @@ class CalibrateNode(IntentNode):
     def __init__(self) -> None:
         super().__init__("calibrate")
         self._config = declared(self, CalibrateConfig())
-        self._publisher = self.create_publisher(TFMessage, "/tf_static", LATCHED)
+        self._publisher = self.create_publisher(TFMessage, "tf_static", LATCHED)
         self._done = False
         self._around = CameraFrames(self, declared(self, FramesConfig()))
         self._frames = FrameSubscription(self, self._on_frame)

@@ -14,16 +14,15 @@ from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
 from intent_perception.basics.arrays import Array
-from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.frame_tree import FrameTree
 from intent_perception.geometry.transforms import inverse
-from intent_perception.ros.convert import TABLE_FRAME, header_at, pose_from_msg, transforms_to_msg
+from intent_perception.ros.convert import TableFrame, header_at, pose_from_msg, transforms_to_msg
 from intent_perception.ros.node import LATCHED, guarded
 from intent_perception.scene.gravity import Gravity
 
 
 @dataclass(frozen=True)
-class FramesConfig(Checked):
+class FramesConfig(TableFrame):
     """How the table is tied to the other frames, and who tells the vertical."""
 
     table_parent: str = ""
@@ -38,13 +37,15 @@ class CameraFrames:
     """Listens to /tf_static and to the IMU; makes the transform to publish for a camera pose."""
 
     def __init__(self, node: Node, config: FramesConfig) -> None:
-        self._node, self._config = node, config
+        self._node, self._config, self._table = node, config, config.table_frame
         self._tree, self._gravity, self._imu_frame = FrameTree(), Gravity(), ""
         self._said: set[str] = set()
         self._rooted = False
-        node.create_subscription(
-            TFMessage, "/tf_static", guarded(node, "/tf_static", self._on_frames), LATCHED
-        )
+        # Drivers publish on /tf_static, whatever the namespace; a graph may have its own.
+        for topic in dict.fromkeys(("/tf_static", node.resolve_topic_name("tf_static"))):
+            node.create_subscription(
+                TFMessage, topic, guarded(node, topic, self._on_frames), LATCHED
+            )
         if config.imu:
             qos = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
             node.create_subscription(Imu, config.imu, guarded(node, config.imu, self._on_imu), qos)
@@ -52,7 +53,7 @@ class CameraFrames:
     def _on_frames(self, message: Any) -> None:
         for transform in message.transforms:
             parent, child = transform.header.frame_id, transform.child_frame_id
-            if TABLE_FRAME not in (parent, child):  # our own
+            if self._table not in (parent, child):  # our own
                 self._tree.add(parent, child, _pose_of(transform.transform))
 
     def _on_imu(self, message: Any) -> None:
@@ -82,7 +83,7 @@ class CameraFrames:
         if not parent:
             if driver:
                 self._say(
-                    f"{camera} has two parents, {driver} of its driver and {TABLE_FRAME}: "
+                    f"{camera} has two parents, {driver} of its driver and {self._table}: "
                     f"set table_parent:={camera}"
                 )
             self._rooted = True
@@ -92,7 +93,7 @@ class CameraFrames:
             self._say(f"/tf_static does not connect {parent} with {camera}: the table has no place")
             return None
         T_parent_table = T_parent_camera @ inverse(T_table_camera)
-        return transforms_to_msg(header_at(stamp, parent), [(TABLE_FRAME, T_parent_table)])
+        return transforms_to_msg(header_at(stamp, parent), [(self._table, T_parent_table)])
 
     def _say(self, text: str) -> None:
         if text not in self._said:

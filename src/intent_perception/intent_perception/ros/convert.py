@@ -1,6 +1,7 @@
 """Results of this package to and from messages; poses, transforms and markers for all packages."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from intent_perception.bags.frame_assembly import NANOSECONDS, stamp_of
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.transforms import (
     make_pose,
     quaternion_from_rotation,
@@ -23,12 +25,31 @@ from intent_perception.recognition.recognizer import RecognizedObject, Recognize
 
 TABLE_FRAME = "table"
 CAMERA_FRAME = "camera_color_optical_frame"
-HAND_FRAME = "hand_wrist"
 
 
-def object_frame(object_id: str) -> str:
-    """Return the TF frame of an object."""
-    return f"object_{object_id}"
+@dataclass(frozen=True)
+class TableFrame(Checked):
+    """What the table is called on /tf and in the headers of messages."""
+
+    table_frame: str = TABLE_FRAME
+    """Name of the table's frame; two graphs that share one /tf need two."""
+
+
+@dataclass(frozen=True)
+class FrameNames(TableFrame):
+    """What the frames are called in which hand and objects are published."""
+
+    hand_frame: str = "hand_wrist"
+    """Name of the wrist's frame."""
+    object_frames: str = "object_"
+    """What comes before an object's id in the name of its frame."""
+
+    def of_object(self, object_id: str) -> str:
+        """Return the frame of an object."""
+        return f"{self.object_frames}{object_id}"
+
+
+_NAMES = FrameNames()
 
 
 def header_at(stamp: int, frame: str = TABLE_FRAME) -> Any:
@@ -75,11 +96,14 @@ def transforms_to_msg(header: Any, poses: Iterable[tuple[str, Array]]) -> Any:
 
 
 def objects_to_msg(
-    objects: RecognizedObjects, database: ObjectDatabase, camera_frame: str = CAMERA_FRAME
+    objects: RecognizedObjects,
+    database: ObjectDatabase,
+    camera_frame: str = CAMERA_FRAME,
+    table_frame: str = TABLE_FRAME,
 ) -> Any:
     """Return the message of recognised objects."""
     return msgs.RecognizedObjects(
-        header=header_at(objects.stamp),
+        header=header_at(objects.stamp, table_frame),
         objects=[
             _object_to_msg(item, item.shape or database[item.model]) for item in objects.objects
         ],
@@ -141,10 +165,10 @@ def _object_from_msg(item: Any, revision: int, shape: ObjectModel | None) -> Rec
 
 def deletion(namespace: str) -> Any:
     """Return the marker that removes all markers of a namespace."""
-    return Marker(header=header_at(0), ns=namespace, action=Marker.DELETEALL)
+    return Marker(header=header_at(0), ns=namespace, id=-1, action=Marker.DELETEALL)
 
 
-def object_markers(items: Iterable[tuple[str, ObjectModel]]) -> Any:
+def object_markers(items: Iterable[tuple[str, ObjectModel]], names: FrameNames = _NAMES) -> Any:
     """Return the meshes of objects (id, model), each locked to its own TF frame.
 
     They are sent once and move with /tf, so a mesh costs nothing per frame.
@@ -154,7 +178,7 @@ def object_markers(items: Iterable[tuple[str, ObjectModel]]) -> Any:
         corners = model.mesh.vertices[model.mesh.faces.ravel()]
         red, green, blue = (float(value) for value in model.color)
         marker = Marker(
-            header=header_at(0, object_frame(object_id)),
+            header=header_at(0, names.of_object(object_id)),
             ns="objects",
             id=index,
             type=Marker.TRIANGLE_LIST,

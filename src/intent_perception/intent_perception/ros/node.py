@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 import time
-from collections import deque
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal, NoReturn
@@ -16,6 +16,7 @@ import rclpy
 import rclpy.logging
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
@@ -47,8 +48,11 @@ from intent_perception.basics.parameters import (
 )
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
+from intent_perception.ros.input_watch import InputWatch
+from intent_perception.ros.latest_result import LATEST as LATEST
 from intent_perception.ros.live_messages import LiveMessages
 from intent_perception.ros.node_help import node_help
+from intent_perception.ros.step_health import WARN, StepHealth
 
 RESULTS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 """Results arrive all, also at a consumer that is slow for a while."""
@@ -58,14 +62,6 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """Results that a late joiner needs, and queues of those who hear them."""
-LATEST = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
-"""Publishers of results of which only the last holds: a late joiner is told nothing else."""
-_SECONDS, _FRAMES_PER_SECOND = 10, 30.0
-"""Diagnostics judge a node's CPU time over so many seconds, at this rate of the camera."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +97,9 @@ class InputConfig(Checked):
     silence: float = 5.0
     """Time without a frame after which the node says what it is waiting for [s], 0 = never,
     0..3600."""
+    reliable: bool = False
+    """Ask senders to repeat what is lost on the way, as lockstep needs it; a camera that sends as
+    best it can is then not heard."""
     pause: float = 2.0
     """After a gap in the stamps this long everything is begun anew, as with another recording [s];
     0.2..3600."""
@@ -169,17 +168,16 @@ class IntentNode(Node):
         super().__init__(name)
         self._share = declared(self, share or ShareConfig())
         stand_back(self._share.niceness)
-        self._cpu: deque[tuple[float, float]] = deque(maxlen=_SECONDS + 1)
         self.enabled = True
         self.inputs: FrameSubscription | None = None
-        self._seconds: deque[float] = deque(maxlen=300)
-        self._count, self._reported, self._bad, self._last_error = 0, 0, 0, ""
+        self._health, self._watch = StepHealth(), InputWatch(self)
         self._processed = self.create_publisher(Header, "~/processed", LATCHED)
         self._ready = self.create_publisher(Header, "~/ready", LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_service(SetBool, "~/enable", self._on_enable)
         self.create_service(Trigger, "~/reset", self._on_reset)
-        self.create_timer(1.0, self._report)
+        # Of a clock that goes on where simulated time stands still.
+        self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def announce(self) -> None:
         """Say that the node is ready."""
@@ -189,8 +187,12 @@ class IntentNode(Node):
     def reset(self) -> None:
         """Forget the past, as after a start; nodes with a memory override it."""
 
+    def close(self) -> None:
+        """Put in order what is open when the node ends; nodes with files or doors override it."""
+
     def listen(self, kind: Any, topic: str, callback: Callable[[Any], Any], qos: Any) -> None:
         """Subscribe to results of other nodes; a message that cannot be used costs one warning."""
+        self._watch.add(self.resolve_topic_name(topic))
         self.create_subscription(
             kind, topic, lambda message: self.attempt(callback, message, message.header), qos
         )
@@ -202,6 +204,7 @@ class IntentNode(Node):
         left aside, and so is a message that comes a second time.
         """
         live = LiveMessages()
+        self._watch.add(self.resolve_topic_name(topic))
 
         def take(message: Any, info: Any) -> None:
             if live.is_news(info):
@@ -218,28 +221,39 @@ class IntentNode(Node):
         """
         if not self.enabled:
             return
-        start, answered = time.perf_counter(), True
+        start, answered, failed = time.perf_counter(), True, True
         try:
             answered = callback(argument) is not False
+            failed = False
         except ValueError as error:
             self.reject(str(error))
         except Exception as error:  # a bad frame must not end the node
-            self.reject(f"{type(error).__name__}: {error}")
-        self._seconds.append(time.perf_counter() - start)
-        self._count += 1
+            self.reject(f"{type(error).__name__}: {error}", traceback.format_exc())
+        self._health.note_step(time.perf_counter() - start, failed)
         if answered:
             self.acknowledge(header)
+
+    def note_step(self, seconds: float) -> None:
+        """Count a step that went well and took so long [s]."""
+        self._health.note_step(seconds, failed=False)
 
     def acknowledge(self, header: Any) -> None:
         """Say that the input with this header has been dealt with."""
         self._processed.publish(header)
 
-    def reject(self, reason: str) -> None:
-        """Warn about an input that was left out; the same reason again is only counted."""
-        self._bad += 1
-        if reason != self._last_error:
-            self.get_logger().warning(f"left out one input: {reason}")
-        self._last_error = reason
+    def reject(self, reason: str, trace: str = "") -> None:
+        """Warn about an input that was left out; the same reason again is only counted.
+
+        Args:
+            reason: one sentence.
+            trace: where it happened, for what nobody has foreseen.
+        """
+        if self._health.note_failure(reason):
+            told = f"left out one input: {reason}"
+            if trace:
+                self.get_logger().error(f"{told}\n{trace}")
+            else:
+                self.get_logger().warning(told)
 
     def _on_enable(self, request: Any, response: Any) -> Any:
         self.enabled = bool(request.data)
@@ -249,46 +263,35 @@ class IntentNode(Node):
     def _on_reset(self, _: Any, response: Any) -> Any:
         if self.inputs is not None:
             self.inputs.synchroniser.reset()
-        self._last_error = ""
+        self._health.forget()
         self.reset()
         response.success, response.message = True, "reset"
         return response
 
     def _report(self) -> None:
-        rate, self._reported = self._count - self._reported, self._count
-        dropped = self.inputs.synchroniser.dropped if self.inputs is not None else 0
-        skipped = self.inputs.skipped if self.inputs is not None else 0
-        ordered = sorted(self._seconds) or [0.0]
-        cpu = self._cpu_per_frame()
-        values = {
-            "rate [Hz]": rate,
-            "step median [ms]": round(1e3 * ordered[len(ordered) // 2], 2),
-            "step p95 [ms]": round(1e3 * ordered[int(0.95 * (len(ordered) - 1))], 2),
-            "CPU per frame at 30 Hz [ms]": round(cpu, 1),
-            "steps": self._count,
-            "inputs left out": self._bad,
-            "images without partner": dropped,
-            "frames that came while busy": skipped,
-            "last warning": self._last_error,
-        }
-        status = DiagnosticStatus(name=self.get_name(), hardware_id="", message="ok")
-        status.level = DiagnosticStatus.OK
-        waiting = self.inputs.waiting() if self.inputs is not None else ""
-        if cpu > self._share.budget:
-            over = f"{cpu:.0f} ms of CPU per frame, the budget is {self._share.budget:g} ms"
-            status.level, status.message = DiagnosticStatus.WARN, over
-        if waiting or not self.enabled:
-            status.level, status.message = DiagnosticStatus.WARN, waiting or "disabled"
+        level, message, values = self._health.report()
+        cpu = self._health.cpu_per_frame()
+        values["CPU per frame at 30 Hz [ms]"] = round(cpu, 1)
+        if self.inputs is not None:
+            values["images without partner"] = self.inputs.synchroniser.dropped
+            values["frames that came while busy"] = self.inputs.skipped
+        missing = [self.inputs.waiting()] if self.inputs is not None else []
+        waiting = "; ".join(filter(None, [*missing, self._watch.waiting()]))
+        over = f"{cpu:.0f} ms of CPU per frame, the budget is {self._share.budget:g} ms"
+        troubles = [
+            (not self.enabled, "disabled"),
+            (bool(waiting), waiting),
+            (cpu > self._share.budget, over),
+        ]
+        for holds, text in troubles:
+            if holds and level < WARN:
+                level, message = WARN, text
+        status = DiagnosticStatus(name=self.get_fully_qualified_name()[1:], message=message)
+        status.level = bytes([level])
         status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
-
-    def _cpu_per_frame(self) -> float:
-        """Return the CPU time of the last ten seconds for each frame of 30 Hz [ms]."""
-        self._cpu.append((time.monotonic(), time.process_time()))
-        (start, before), (end, after) = self._cpu[0], self._cpu[-1]
-        return 1e3 * (after - before) / ((end - start) * _FRAMES_PER_SECOND) if end > start else 0.0
 
 
 class FrameSubscription:
@@ -336,7 +339,10 @@ class FrameSubscription:
     def _listen(self, kind: Any, topic: str, add: Callable[[Any], FrameMessages | None]) -> None:
         name = self._node.resolve_topic_name(topic)
         self.topics.append(name)
-        qos = QoSProfile(depth=self._config.queue, reliability=ReliabilityPolicy.BEST_EFFORT)
+        way = ReliabilityPolicy.BEST_EFFORT
+        if self._config.reliable:
+            way = ReliabilityPolicy.RELIABLE
+        qos = QoSProfile(depth=self._config.queue, reliability=way)
 
         def warn(event: Any) -> None:
             self._node.get_logger().warning(
@@ -425,8 +431,11 @@ def guarded(node: Node, topic: str, callback: Callable[[Any], Any]) -> Callable[
     def take(message: Any) -> None:
         try:
             callback(message)
-        except Exception as error:  # nobody's message may end another's node
+        except ValueError as error:
             node.get_logger().warning(f"left out one message on {topic}: {error}")
+        except Exception as error:  # nobody's message may end another's node
+            told = f"left out one message on {topic}: {type(error).__name__}: {error}"
+            node.get_logger().error(f"{told}\n{traceback.format_exc()}")
 
     return take
 
@@ -462,6 +471,7 @@ def run(kind: Callable[[], IntentNode]) -> None:
     threadpool_limits(1)
     usual = {number: signal.signal(number, _leave) for number in (signal.SIGINT, signal.SIGTERM)}
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node: IntentNode | None = None
     try:
         node = kind()
         gc.freeze()  # what has been loaded stays; looking through it would hold up a frame
@@ -480,4 +490,6 @@ def run(kind: Callable[[], IntentNode]) -> None:
         if rclpy.ok():  # otherwise a signal has ended it, and what it was about to say is void
             raise
     finally:
+        if node is not None:
+            node.close()
         rclpy.try_shutdown()

@@ -13,9 +13,9 @@ from intent_perception.recognition.recognizer import Recognizer, RecognizerConfi
 from intent_perception.recognition.rehearsal_scene import rehearsal_frames
 from intent_perception.ros.camera_frames import CameraFrames, FramesConfig
 from intent_perception.ros.convert import objects_to_msg
+from intent_perception.ros.latest_result import LatestResult
 from intent_perception.ros.node import (
     LATCHED,
-    LATEST,
     FrameSubscription,
     IntentNode,
     ShareConfig,
@@ -46,15 +46,16 @@ class RecognizerNode(IntentNode):
         super().__init__("recognizer", ShareConfig(niceness=7, budget=14.0))
         self._database = declared_database(self)
         camera, config = declared(self, CameraConfig()), declared(self, RecognizerConfig())
-        self._frames_around = CameraFrames(self, declared(self, FramesConfig()))
+        frames = declared(self, FramesConfig())
+        self._table, self._frames_around = frames.table_frame, CameraFrames(self, frames)
         self._owns_camera, file = camera.publish_camera, camera.calibration
         self._period, self._looked = int(camera.period * NANOSECONDS), -1
         self._calibrated, self._warned = bool(file), False
         self._recognizer = Recognizer(
             self._database, config, read_calibration(file) if file else None
         )
-        self._publisher = self.create_publisher(RecognizedObjects, "intent/objects", LATEST)
-        self._shapes = self.create_publisher(ObjectShapes, "intent/shapes", LATEST)
+        self._publisher = LatestResult(self, RecognizedObjects, "intent/objects")
+        self._shapes = LatestResult(self, ObjectShapes, "intent/shapes")
         self._tf = self.create_publisher(TFMessage, "tf_static", LATCHED)
         self._rehearse()
         self._frames = FrameSubscription(self, self._on_frame, self._is_due)
@@ -62,6 +63,8 @@ class RecognizerNode(IntentNode):
     def reset(self) -> None:
         """Forget the held answer."""
         self._recognizer.reset()
+        self._publisher.take_back()
+        self._shapes.take_back()
         self._looked = -1
 
     def _rehearse(self) -> None:
@@ -95,8 +98,10 @@ class RecognizerNode(IntentNode):
             if message is not None:
                 self._tf.publish(message)
         if any(item.shape is not None for item in objects.objects):
-            self._shapes.publish(shapes_to_msg(objects))  # first: who hears both need not wait
-        self._publisher.publish(objects_to_msg(objects, self._database, camera))
+            self._shapes.publish(
+                shapes_to_msg(objects, self._table)
+            )  # first: who hears both need not wait
+        self._publisher.publish(objects_to_msg(objects, self._database, camera, self._table))
 
 
 def main() -> None:

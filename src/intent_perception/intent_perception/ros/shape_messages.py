@@ -20,6 +20,7 @@ from intent_perception.objects.model import (
 from intent_perception.recognition.estimation.shape_memory import shape_name
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_perception.ros.convert import (
+    TABLE_FRAME,
     header_at,
     pose_from_msg,
     pose_to_msg,
@@ -32,14 +33,14 @@ _DENSITY = 400.0
 _FRICTION = 0.5
 
 
-def shapes_to_msg(objects: RecognizedObjects) -> Any:
+def shapes_to_msg(objects: RecognizedObjects, table_frame: str = TABLE_FRAME) -> Any:
     """Return the message of the estimated shapes among recognised objects."""
     shapes = [
         shape_to_msg(item.id, item.revision, item.shape)
         for item in objects.objects
         if item.shape is not None
     ]
-    return msgs.ObjectShapes(header=header_at(objects.stamp), shapes=shapes)
+    return msgs.ObjectShapes(header=header_at(objects.stamp, table_frame), shapes=shapes)
 
 
 def shape_to_msg(object_id: str, revision: int, model: ObjectModel) -> Any:

@@ -6,6 +6,7 @@ others rest is looked at, else the one nearest to the objects; but while somethi
 hand at rest is the one that acts.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -30,8 +31,8 @@ _NEAR = 0.6
 """A seen hand whose middle lies this near to the expected one is it [sides of its square]."""
 _ACTS = 0.15
 """A hand that has moved this far from its resting place acts [sides of its square, about 25 cm]."""
-_STRIDE = 0.04
-"""So does one that moves this far twice in a row, the same way [sides of its square per look]."""
+_COMING = 3
+"""First looks at a hand in which it comes if something moves where it is."""
 _DRIFT = 0.03
 """Share by which a hand's resting place follows it from look to look: people sway."""
 _PATIENCE = 15
@@ -52,6 +53,8 @@ _SECOND = 4
 """Looks between two at a hand in doubt where an arm ends and where the fit is."""
 _SIDE_LOOKS, _SIDE_PERIOD = 8, 4
 """First looks at a hand that all tell its side, and looks between two that do afterwards."""
+_SURE_ODDS, _MOST_ODDS = 3.0, 8.0
+"""Log-odds of a side below which every look at the hand must tell it, and the largest ones."""
 _REGIONS = 3
 """Most places in a frame that are looked at for a missed hand."""
 
@@ -105,19 +108,26 @@ class HandWatch:
         self._identity = -1
         self._acted: set[int] = set()
         self._arrived: set[int] = set()
-        self._paths: dict[int, tuple[Array, Array, Array]] = {}
+        self._paths: dict[int, tuple[Array, int]] = {}
         self._skipped = self._looks = 0
         self._motion = MovingDepth()
         self._things: list[MovingThing] = []
         self._shares: dict[int, float] = {}
         self._leader_acts = self._doubted = False
         self.resting = False
-        """Whether the followed hand has done nothing yet while something else moves."""
+        """Whether the followed hand has done nothing yet while something else moves or acts."""
 
     @property
     def moving(self) -> bool:
         """Whether something moves in front of what stands still."""
         return bool(self._things)
+
+    def comes(self, pixels: Array) -> bool:
+        """Return whether something has come where a hand's joints (21, 2) are in the image.
+
+        What has stood there from the first frame on is no hand if the networks see none.
+        """
+        return bool(self.trouble) or self._reader is None or self._motion.share(pixels) > _MOVES
 
     def rests(self, pixels: Array) -> bool:
         """Return whether something moves, but not a hand with joints (21, 2) in the image."""
@@ -145,15 +155,16 @@ class HandWatch:
         self,
         frame: RgbdFrame,
         expectation: Expectation,
-        side_of: Callable[[SeenHand], tuple[float, float]],
+        tell: Callable[[SeenHand, tuple[Side, ...]], tuple[float, float]],
     ) -> None:
         """Look for the hand in the next frame.
 
         Args:
             frame: the next one.
             expectation: what is known of it.
-            side_of: probability that a hand is a right one by how it is explained, and the weight
-                of this look. Sides do not change: all looks count alike, however old.
+            tell: log-odds of a right hand that a look at one is worth, and how well a hand of
+                the given sides explains it, 0..1. Sides do not change: all looks count alike,
+                however old.
         """
         self.hand = self.elsewhere = None
         if self._reader is not None:
@@ -164,7 +175,7 @@ class HandWatch:
             self._things = self._motion.things() if self._searches() else []
             hands = self._read(reader, frame, expectation)
             self._look(self._real(reader, hands, frame), expectation)
-            self._note_side(side_of)
+            self._note_side(tell)
             self._note_rest(expectation)
         self._note_keys(frame.camera)
 
@@ -180,17 +191,21 @@ class HandWatch:
             for side in SIDES:
                 self._keys[side] = key_evidence(told, camera, side, self._key_points)
 
-    def _note_side(self, side_of: Callable[[SeenHand], tuple[float, float]]) -> None:
+    def _note_side(self, tell: Callable[[SeenHand, tuple[Side, ...]], tuple[float, float]]) -> None:
         """Let the first looks at the seen hand, and then some, tell its side."""
         seen = self.seen
         if seen is None:
             return
-        total, weights, looks = self._sides.get(seen.identity, (0.0, 0.0, 0))
-        if looks < _SIDE_LOOKS or looks % _SIDE_PERIOD == 0:
-            right, weight = side_of(seen)
-            total, weights = total + weight * right, weights + weight
-        self._sides[seen.identity] = total, weights, looks + 1
-        sided = replace(seen, right=total / weights)
+        odds, explained, looks = self._sides.get(seen.identity, (0.0, 1.0, 0))
+        looked = 0.0 if seen.looked is None else seen.looked - 0.5
+        unsure = abs(odds) < _SURE_ODDS or looked * odds < 0.0
+        if unsure or looks < _SIDE_LOOKS or looks % _SIDE_PERIOD == 0:
+            worth, explained = tell(seen, SIDES)
+            odds = min(max(odds + worth, -_MOST_ODDS), _MOST_ODDS)
+        elif self._doubted and looks % 2 == 0:
+            explained = tell(seen, ("right" if odds > 0.0 else "left",))[1]
+        self._sides[seen.identity] = odds, explained, looks + 1
+        sided = replace(seen, right=1.0 / (1.0 + math.exp(-odds)), explained=explained)
         self.hand, self.elsewhere = (sided, None) if self.hand else (None, sided)
 
     def _may_skip(self, expectation: Expectation) -> bool:
@@ -209,7 +224,7 @@ class HandWatch:
                 self._arrived.add(hand.identity)
             self._note_motion(hand)
         chosen = self._chosen(hands, expectation)
-        self.idle = [hand for hand in hands if self._acted and hand.identity not in self._acted]
+        self.idle = self._resting(hands) if self._acted else []
         if chosen is None:
             self.missed += 1
             return
@@ -272,19 +287,28 @@ class HandWatch:
             return
         acts = self.hand is not None and self.hand.identity in self._acted
         self._leader_acts |= acts or self._motion.share(joints) > _MOVES
-        self.resting = not self._leader_acts and self.rests(joints)
+        other = self.elsewhere is not None and self.elsewhere.identity in self._acted
+        self.resting = not self._leader_acts and (other or self.rests(joints))
 
     def _note_motion(self, hand: SeenHand) -> None:
-        """Take note of whether a hand has left its resting place."""
-        middle, side = _middle(hand), hand.square.side
-        rest, before, step = self._paths.setdefault(hand.identity, (middle, middle, 0.0 * middle))
-        new = (middle - before) / side
-        moves = self._motion.share(hand.pixels) > _MOVES
-        strides = min(float(np.linalg.norm(new)), float(np.linalg.norm(step))) > _STRIDE
-        left = float(np.linalg.norm(middle - rest)) > _ACTS * side
-        if left or moves or (strides and new @ step > 0.0):
+        """Take note of whether a hand came moving, or has left its resting place.
+
+        Readings of a hand at rest jump while it is in doubt, and the arm of another one may pass in
+        front of it: only both together are a movement of its own.
+        """
+        middle = _middle(hand)
+        rest, looks = self._paths.get(hand.identity, (middle, 0))
+        left = float(np.linalg.norm(middle - rest)) > _ACTS * hand.square.side
+        if (left or looks < _COMING) and self._motion.share(hand.pixels) > _MOVES:
             self._acted.add(hand.identity)
-        self._paths[hand.identity] = rest + _DRIFT * (middle - rest), middle, new
+        self._paths[hand.identity] = rest + _DRIFT * (middle - rest), looks + 1
+
+    def _resting(self, hands: list[SeenHand]) -> list[SeenHand]:
+        """Return those that have been seen for a while and have done nothing."""
+        return [
+            hand for hand in hands
+            if hand.identity not in self._acted and self._paths[hand.identity][1] > _COMING
+        ]  # fmt: skip
 
     def _chosen(self, hands: list[SeenHand], expectation: Expectation) -> SeenHand | None:
         """Return the hand to follow; None where it is not seen."""
@@ -296,6 +320,7 @@ class HandWatch:
             same = same or near
         acted = [hand for hand in hands if hand.identity in self._acted]
         if self._identity in self._acted:
+            same = [hand for hand in same if hand not in self._resting(same)]
             if same:
                 self._acted.add(same[0].identity)  # the same hand under a new number
                 return same[0]

@@ -173,11 +173,12 @@ def key_point_trust(pixels: Array, config: KeyPointConfig) -> Array:
 def key_evidence(seen: SeenHand, camera: Camera, side: Side, config: KeyPointConfig) -> KeyEvidence:
     """Return what a seen hand says about a hand of a side.
 
-    A key point's weight is its own trust, less where the network is in doubt about the hand: it
-    reads those well of which it is sure, and others anyhow.
+    A key point's weight is its own trust, less where the network is in doubt about the hand or
+    where no hand explains what it says: it reads those well of which it is sure, others anyhow.
     """
     rays = lines_of_sight(camera, seen.pixels)[:, :2]
-    weights = certainty(seen.presence) * key_point_trust(seen.pixels, config)
+    sure = certainty(seen.presence) * seen.explained
+    weights = sure * key_point_trust(seen.pixels, config)
     return KeyEvidence(
         rays.astype(np.float32),
         weights.astype(np.float32),

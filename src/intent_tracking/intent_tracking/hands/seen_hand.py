@@ -44,6 +44,9 @@ class SeenHand:
     looked: float | None = None
     """Probability that it is a right one by this look alone; None: as over the last frames."""
 
+    explained: float = 1.0
+    """How well a hand explains its key points, 0..1: what no hand explains is read wrongly."""
+
     @property
     def mirrored(self) -> bool:
         """Whether this look takes it for a hand of the other side: its key points are not its."""

@@ -12,10 +12,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 from intent_perception.bags.frame_assembly import stamp_of
 from intent_perception.ros.convert import (
     CAMERA_FRAME,
-    HAND_FRAME,
+    TABLE_FRAME,
+    FrameNames,
     deletion,
     header_at,
-    object_frame,
     pose_from_msg,
     pose_to_msg,
     transforms_to_msg,
@@ -26,13 +26,16 @@ from intent_tracking.scene.hand_model import JOINT_NAMES
 from intent_tracking.scene.scene_state import SceneState
 
 _FEATURES = ("size", "conv", "dir", "npos", "fcon", "fvol", "coc", "gbvl")
+_NAMES = FrameNames()
 _SKIN = ColorRGBA(r=0.93, g=0.72, b=0.6, a=0.9)
 
 
-def state_to_msg(state: SceneState, camera_frame: str = CAMERA_FRAME) -> Any:
+def state_to_msg(
+    state: SceneState, camera_frame: str = CAMERA_FRAME, table_frame: str = TABLE_FRAME
+) -> Any:
     """Return the message of a scene state."""
     return msgs.SceneState(
-        header=header_at(state.stamp),
+        header=header_at(state.stamp, table_frame),
         state=state.state.tolist(),
         state_std=state.state_std.tolist(),
         hand_side=state.hand_side,
@@ -69,32 +72,33 @@ def state_from_msg(message: Any) -> SceneState:
     )
 
 
-def joints_to_msg(state: SceneState) -> Any:
+def joints_to_msg(state: SceneState, table_frame: str = TABLE_FRAME) -> Any:
     """Return the 20 joint angles of a tracked hand."""
     angles = state.joint_angles.tolist()
-    return JointState(header=header_at(state.stamp), name=list(JOINT_NAMES), position=angles)
+    header = header_at(state.stamp, table_frame)
+    return JointState(header=header, name=list(JOINT_NAMES), position=angles)
 
 
-def scene_transforms(state: SceneState) -> Any:
+def scene_transforms(state: SceneState, names: FrameNames = _NAMES) -> Any:
     """Return table -> object_<id> and, while the hand is tracked, table -> hand_wrist."""
     poses = [
-        (object_frame(name), pose)
+        (names.of_object(name), pose)
         for name, pose in zip(state.object_ids, state.T_table_objects, strict=True)
     ]
     if state.hand_tracked:
-        poses.append((HAND_FRAME, state.T_table_hand))
-    return transforms_to_msg(header_at(state.stamp), poses)
+        poses.append((names.hand_frame, state.T_table_hand))
+    return transforms_to_msg(header_at(state.stamp, names.table_frame), poses)
 
 
-def hand_markers(state: SceneState) -> Any:
-    """Return the hand's capsules as lines and balls in `hand_wrist`; nothing while it is lost."""
+def hand_markers(state: SceneState, names: FrameNames = _NAMES) -> Any:
+    """Return the hand's capsules as lines and balls in its frame; nothing while it is lost."""
     if not state.hand_tracked:
         return MarkerArray(markers=[deletion("hand")])
     ends, radii = state.hand.capsules(state.joint_angles)
     markers = []
     for index, (pair, radius) in enumerate(zip(ends.tolist(), radii.tolist(), strict=True)):
         for offset, kind in ((0, Marker.LINE_STRIP), (1, Marker.SPHERE_LIST)):
-            marker = Marker(header=header_at(state.stamp, HAND_FRAME), ns="hand")
+            marker = Marker(header=header_at(state.stamp, names.hand_frame), ns="hand")
             marker.id, marker.type, marker.color = 2 * index + offset, kind, _SKIN
             marker.lifetime.sec = 1
             marker.scale.x = marker.scale.y = marker.scale.z = 2.0 * radius
@@ -104,10 +108,10 @@ def hand_markers(state: SceneState) -> Any:
     return MarkerArray(markers=markers)
 
 
-def grasp_to_msg(grasp: StableGrasp) -> Any:
+def grasp_to_msg(grasp: StableGrasp, table_frame: str = TABLE_FRAME) -> Any:
     """Return the message of a stable grasp."""
     return msgs.StableGrasp(
-        header=header_at(grasp.stamp),
+        header=header_at(grasp.stamp, table_frame),
         object_id=grasp.object_id,
         object_model=grasp.object_model,
         object_class=grasp.object_class,

@@ -4,8 +4,8 @@ from typing import Any
 
 from intent_msgs.msg import SceneState, StableGrasp
 
+from intent_perception.ros.latest_result import LatestResult
 from intent_perception.ros.node import (
-    LATEST,
     RESULTS,
     IntentNode,
     declared,
@@ -28,18 +28,19 @@ class GraspDetectorNode(IntentNode):
         for state in rehearsal_states(database.example, 12):
             self._detector.step(state)
         self._detector.reset()
-        self._publisher = self.create_publisher(StableGrasp, "intent/stable_grasp", LATEST)
+        self._publisher = LatestResult(self, StableGrasp, "intent/stable_grasp")
         learn_shapes(self, "intent/shapes", database)
         self.listen(SceneState, "intent/scene_state", self._on_state, RESULTS)
 
     def reset(self) -> None:
         """Forget the grasp in progress."""
         self._detector.reset()
+        self._publisher.take_back()
 
     def _on_state(self, message: Any) -> None:
         grasp = self._detector.step(state_from_msg(message))
         if grasp is not None:
-            self._publisher.publish(grasp_to_msg(grasp))
+            self._publisher.publish(grasp_to_msg(grasp, message.header.frame_id))
 
 
 def main() -> None:

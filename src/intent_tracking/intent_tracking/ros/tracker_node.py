@@ -14,9 +14,9 @@ from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.recognition import recognizer as recognized
 from intent_perception.recognition.detection import DetectorConfig
-from intent_perception.ros.convert import deletion, header_at, object_markers
+from intent_perception.ros.convert import FrameNames, deletion, header_at, object_markers
+from intent_perception.ros.latest_result import LatestResult
 from intent_perception.ros.node import (
-    LATCHED,
     RESULTS,
     FrameSubscription,
     IntentNode,
@@ -66,7 +66,10 @@ class TrackerNode(IntentNode):
         self._states = self.create_publisher(SceneState, "intent/scene_state", RESULTS)
         self._joints = self.create_publisher(JointState, "intent/hand/joint_states", 10)
         self._tf = self.create_publisher(TFMessage, "tf", 100)
-        self._markers = self.create_publisher(MarkerArray, "intent/markers", LATCHED)
+        # Apart: who looks later is told the objects, and the hand comes with every frame.
+        self._names = declared(self, FrameNames())
+        self._markers = LatestResult(self, MarkerArray, "intent/markers")
+        self._hand_markers = self.create_publisher(MarkerArray, "intent/hand/markers", 10)
         self._workshop = ThreadPoolExecutor(1, initializer=lambda: stand_back(_PREPARING))
         rehearse(self._tracker, self._database.example)
         self.reset()
@@ -82,7 +85,8 @@ class TrackerNode(IntentNode):
         self._answers: deque[tuple[recognized.RecognizedObjects, Future[None]]] = deque()
         self._shown: tuple[tuple[str, ...], tuple[str, ...]] = (), ()
         self._held: RgbdFrame | None = None
-        self._markers.publish(MarkerArray(markers=[deletion("hand"), deletion("objects")]))
+        self._markers.publish(MarkerArray(markers=[deletion("objects")]))
+        self._hand_markers.publish(MarkerArray(markers=[deletion("hand")]))
 
     def _on_objects(self, objects: recognized.RecognizedObjects, _: Any) -> None:
         """Take an answer; the shapes of objects that are new are prepared beside the frames."""
@@ -131,10 +135,10 @@ class TrackerNode(IntentNode):
         if not self._started:
             self._begin(recognized.table_alone(frame, _ROUGH))
         state = self._tracker.step(frame)
-        self._states.publish(state_to_msg(state, self._frames.frame_id))
+        self._states.publish(state_to_msg(state, self._frames.frame_id, self._names.table_frame))
         if state.hand_tracked:
-            self._joints.publish(joints_to_msg(state))
-        self._tf.publish(scene_transforms(state))
+            self._joints.publish(joints_to_msg(state, self._names.table_frame))
+        self._tf.publish(scene_transforms(state, self._names))
         self._keep_shape()
         self._show(state)
         return True
@@ -145,9 +149,9 @@ class TrackerNode(IntentNode):
             self._shown = state.object_ids, state.object_models
             names = zip(state.object_ids, state.object_models, strict=True)
             models = [(name, self._database[model]) for name, model in names]
-            self._markers.publish(object_markers(models))
-        if self._markers.get_subscription_count():
-            self._markers.publish(hand_markers(state))
+            self._markers.publish(object_markers(models, self._names))
+        if self._hand_markers.get_subscription_count():
+            self._hand_markers.publish(hand_markers(state, self._names))
 
     def _keep_shape(self) -> None:
         """Write the hand's shape once it is calibrated."""

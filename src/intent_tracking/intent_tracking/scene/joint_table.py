@@ -50,8 +50,9 @@ NO_BOXES = LinkBoxes(np.zeros(0, np.int64), np.zeros((0, 4, 4)), np.zeros((0, 3)
 class JointTable:
     """A tree of L links driven by J degrees of freedom; link 0 is the base.
 
-    The pose of link l in its parent is `origins[l]` followed by a turn about `axes[l]` by
-    `ratios[l] * q[drivers[l]]`; parents stand before their children.
+    The pose of link l in its parent is `origins[l]` followed by a turn about `axes[l]`, or for a
+    sliding joint a shift along it, by `ratios[l] * q[drivers[l]]`; parents stand before their
+    children.
     """
 
     name: str
@@ -69,13 +70,25 @@ class JointTable:
     joint_names: tuple[str, ...]
     """(J,) names of the degrees of freedom."""
     limits: Array
-    """(J, 2) lower and upper angle [rad]."""
+    """(J, 2) lower and upper angle [rad], of sliding joints place [m]."""
     capsules: Capsules
     landmark_links: Indices
     """(P,) link of each landmark (joints, fingertips)."""
     landmark_offsets: Array
     """(P, 3) landmark in its link's frame [m]."""
     boxes: LinkBoxes = NO_BOXES
+    sliding: tuple[int, ...] = ()
+    """Links that slide along their axis instead of turning about it."""
+
+    @property
+    def slides(self) -> NDArray[np.bool_]:
+        """(L,) whether each link slides."""
+        return np.isin(np.arange(len(self.link_names)), self.sliding)
+
+    @property
+    def sliding_joints(self) -> NDArray[np.bool_]:
+        """(J,) whether the value of each joint is a place [m], not an angle [rad]."""
+        return np.isin(np.arange(len(self.joint_names)), self.drivers[list(self.sliding)])
 
     def __post_init__(self) -> None:
         links = len(self.link_names)
@@ -133,8 +146,9 @@ def link_poses(table: JointTable, joints: Array) -> Array:
     for link, parent in enumerate(table.parents):
         pose = poses[:, parent] @ table.origins[link] if parent >= 0 else table.origins[link]
         if table.drivers[link] >= 0:
-            angles = table.ratios[link] * joints[:, table.drivers[link]]
-            pose = pose @ _turns(table.axes[link], angles)
+            values = table.ratios[link] * joints[:, table.drivers[link]]
+            way = _shifts if link in table.sliding else _turns
+            pose = pose @ way(table.axes[link], values)
         poses[:, link] = pose
     return poses
 
@@ -158,12 +172,14 @@ def mirrored(table: JointTable) -> JointTable:
     """Return the mirror image under y -> -y; equal angles give mirrored postures."""
     flip = np.diag([1.0, -1.0, 1.0, 1.0])
     y_flip = np.array([1.0, -1.0, 1.0])
+    # An axis of rotation is a pseudo-vector, a direction of sliding is none.
+    sense = np.where(table.slides, 1.0, -1.0)[:, None]
     return JointTable(
         table.name,
         table.link_names,
         table.parents,
         flip @ table.origins @ flip,
-        -table.axes * y_flip,  # an axis of rotation is a pseudo-vector
+        sense * table.axes * y_flip,
         table.drivers,
         table.ratios,
         table.joint_names,
@@ -172,7 +188,15 @@ def mirrored(table: JointTable) -> JointTable:
         table.landmark_links,
         table.landmark_offsets * y_flip,
         LinkBoxes(table.boxes.links, flip @ table.boxes.poses @ flip, table.boxes.half_sizes),
+        table.sliding,
     )
+
+
+def _shifts(axis: Array, places: Array) -> Array:
+    """Return the shifts (B, 4, 4) along a unit axis by (B,) [m]."""
+    shifts = np.tile(np.eye(4), (len(places), 1, 1))
+    shifts[:, :3, 3] = places[:, None] * axis
+    return shifts
 
 
 def _turns(axis: Array, angles: Array) -> Array:

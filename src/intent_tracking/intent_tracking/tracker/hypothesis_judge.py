@@ -45,7 +45,9 @@ class HypothesisJudge:
 
     def odd(self, hypothesis: Hypothesis) -> float:
         """Return the cost of a hand's roll and of where and on which side the networks see it."""
-        odd = self._unusual(hypothesis) + GAP_COST * (hypothesis.gap or 0.0)
+        seen = self._watch.seen
+        trust = 1.0 if seen is None else seen.explained
+        odd = self._unusual(hypothesis) + GAP_COST * trust * (hypothesis.gap or 0.0)
         return odd + _SIDE_COST * (1.0 - self._likely_side(hypothesis))
 
     def _likely_side(self, hypothesis: Hypothesis) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -227,7 +228,10 @@ class Tracker:
             middle, seen = palm_pixel(frame.camera, joints), pixels_of(frame.camera, joints)
             settled = len(self._hypotheses) == 1 and self._judge.settled(leader)
             expectation = Expectation(middle, seen, settled, objects)
-        self._watch.look(frame, expectation, lambda seen: self._person.side_of(seen, frame))
+        around = self._around
+        upright = around.T_table_camera[:3, :3] if around.table is not None else None
+        tell = partial(self._person.told, frame, upright)
+        self._watch.look(frame, expectation, tell)
 
     def _follow(self, hypothesis: Hypothesis, frame: RgbdFrame) -> None:
         """Fit one hypothesis to a frame and bring its record up to date."""
@@ -361,15 +365,22 @@ class Tracker:
             cost = candidate.cost - (self.config.side_bias if side == self._side else 0.0)
             state = self._still_life.track.state.replaced([], candidate.state)
             hypothesis = self._hypothesis(side, state, cost)
-            place = palm_pixel(frame.camera, hypothesis.track.joints(state))
             joints = pixels_of(frame.camera, hypothesis.track.joints(state))
-            idle = any(at_place(hand, place) for hand in self._watch.idle)
-            if idle or self._watch.rests(joints):
+            comes = self._around.appearance.blind or self._watch.comes(joints)
+            if not comes or self._idle(hypothesis, frame):
                 continue
             astray = GAP_COST * (hypothesis.gap or 0.0)
             if candidate.cost + astray < limit and cost < found[0].cost + _WORTH_A_TRIAL:
                 hypotheses.append(hypothesis)
         return hypotheses, True
+
+    def _idle(self, hypothesis: Hypothesis, frame: RgbdFrame) -> bool:
+        """Return whether a hypothesis lies on a hand that does nothing while another one acts."""
+        joints = hypothesis.track.joints(hypothesis.track.state)
+        place = palm_pixel(frame.camera, joints)
+        if any(at_place(hand, place) for hand in self._watch.idle):
+            return True
+        return self._watch.rests(pixels_of(frame.camera, joints))
 
     def _try_others(self, frame: RgbdFrame) -> None:
         """Replace the leading hypothesis if another start explains the frame better."""
@@ -378,6 +389,8 @@ class Tracker:
             if not self._judge.open_to(leader, start.side):
                 continue
             rival = self._rival(leader, start.side, start.state, frame)
+            if self._watch.told is None and self._idle(rival, frame):
+                continue
             lead = self._judge.odd(leader) - self._judge.odd(rival)
             if self._watch.hand is not None:
                 # Both are where it is seen: depth that explains the leader is believed.

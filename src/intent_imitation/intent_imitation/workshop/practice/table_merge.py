@@ -8,7 +8,8 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from intent_inference.workshop.simulation.grasp_table import Row, read_rows, write_rows
+from intent_inference.quantisation.grasp_cells import Row
+from intent_inference.workshop.simulation.grasp_table import read_rows, write_rows
 from intent_perception.basics.safe_files import output_file
 
 

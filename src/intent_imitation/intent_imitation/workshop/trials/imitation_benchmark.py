@@ -20,6 +20,7 @@ from intent_imitation.workshop.trials.trials import TASKS, Laboratory, TableTria
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.network.model_file import shipped_model
 from intent_perception.basics.late_module import need
+from intent_perception.basics.progress import counted
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.workshop.figures.machine import machine
@@ -36,7 +37,7 @@ def choices(seed: int, quick: bool, pictures: Path | None) -> dict[str, Any]:
     laboratory = Laboratory(seed, pictures)
     rng = np.random.default_rng(seed)
     trials = []
-    for number in range(_FEW if quick else _TABLES):
+    for number in counted("table", range(_FEW if quick else _TABLES)):
         scene = laboratory.maker.make(TASKS[number % len(TASKS)], rng)
         trials.append(run_trial(laboratory, scene, rng, copying=number % _COPIED < len(TASKS)))
         if number % _REPORTED == _REPORTED - 1:

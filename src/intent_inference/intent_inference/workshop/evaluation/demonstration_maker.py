@@ -25,11 +25,12 @@ from typing import Any
 from joblib import Parallel, delayed
 
 from intent_inference import SHARE
+from intent_inference.quantisation.grasp_cells import Row
 from intent_inference.workshop.evaluation.shown_people import TIMES
 from intent_inference.workshop.evaluation.tracked_people import tracked_demonstration
-from intent_inference.workshop.simulation.grasp_table import Row
 from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.basics.checked_files import read_json
+from intent_perception.basics.progress import ProgressBar
 from intent_perception.basics.safe_files import write_bytes, write_text
 
 _DATA = SHARE / "data"
@@ -118,11 +119,13 @@ def main(argv: list[str] | None = None) -> int:
     )
     made: list[Demonstration] = []
     grasps: list[Row] = []
-    for shown in lessons:
-        made.extend(shown)
-        grasps = [own["grasp"] for own in made if own["grasp"] is not None]
-        if enough(grasps, arguments.count, arguments.each):
-            break
+    with ProgressBar("grasp", arguments.count) as progress:
+        for shown in lessons:
+            made.extend(shown)
+            grasps = [own["grasp"] for own in made if own["grasp"] is not None]
+            progress.at(len(grasps), f"{len(made)} demonstrations")
+            if enough(grasps, arguments.count, arguments.each):
+                break
     with warnings.catch_warnings(action="ignore"):  # what the other processes began is not needed
         lessons.close()
     write_tables(made, arguments.out)

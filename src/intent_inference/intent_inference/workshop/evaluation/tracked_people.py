@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from intent_inference.intention.reach import palm_gap, palm_of, reach_features
+from intent_inference.quantisation.grasp_cells import Row, feature_cells
 from intent_inference.workshop.evaluation.shown_people import Showing, showing
-from intent_inference.workshop.simulation.grasp_table import Row, feature_cells
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import (
     inverse,

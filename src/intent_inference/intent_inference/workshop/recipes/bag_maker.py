@@ -18,6 +18,7 @@ from intent_inference.workshop.recipes.own_models import own_models, write_model
 from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.bags.bag_files import BagWriter
 from intent_perception.basics.own_folder import made_beside
+from intent_perception.basics.progress import counted
 from intent_perception.basics.safe_files import write_arrays
 from intent_perception.geometry.transforms import (
     inverse,
@@ -187,11 +188,12 @@ def main(generated: Path) -> None:
         parser.error(
             f"no bag is called {', '.join(unknown)}; known: {', '.join(known)}, robot_table"
         )
-    for name in names:
-        if options.list:
+    if options.list:
+        for name in names:
             acts = known[name].scenario.acts if name in known else ()
             print(name, *(f"{act.object} {act.task}" for act in acts), sep="\t")
-            continue
+        return
+    for name in counted("bag", names):
         start = time.process_time()
         folder = options.out / (name if options.seed is None else f"{name}_{options.seed}")
         if name == "robot_table":

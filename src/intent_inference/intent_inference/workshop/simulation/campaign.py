@@ -17,9 +17,9 @@ from intent_inference.grasping.autograsp import Fate
 from intent_inference.grasping.grasp_candidates import FilterConfig
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
+from intent_inference.quantisation.grasp_cells import Row
 from intent_inference.workshop.simulation.generation import GenerationConfig, GraspGenerator
 from intent_inference.workshop.simulation.grasp_table import (
-    Row,
     balanced,
     read_rows,
     row_of_grasp,

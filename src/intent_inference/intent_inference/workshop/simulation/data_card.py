@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from intent_inference.grasping.autograsp import Fate
-from intent_inference.workshop.simulation.grasp_table import Row
+from intent_inference.quantisation.grasp_cells import Row
 from intent_inference.workshop.simulation.labels import TASKS, load_rules
 from intent_inference.workshop.simulation.simulated_grasp import load_grasps
 from intent_inference.workshop.simulation.simulation_benchmark import CELLS, SHAPES

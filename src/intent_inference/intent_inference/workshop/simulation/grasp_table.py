@@ -11,15 +11,14 @@ from numpy.typing import NDArray
 
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
+from intent_inference.quantisation.grasp_cells import Row, cell_text, feature_cells, vector_cells
 from intent_inference.workshop.simulation.labels import TASKS, TaskLabel, label_grasp
 from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.checked_files import read_text
 from intent_perception.basics.safe_files import write_bytes
 from intent_perception.geometry.transforms import quaternion_from_rotation, rotation_from_quaternion
-from intent_tracking.grasp.grasp_features import GraspFeatures, grasp_features
-
-Row = dict[str, str | float | int]
+from intent_tracking.grasp.grasp_features import grasp_features
 
 _LARGEST = 256 << 20
 """Bytes of a table."""
@@ -45,23 +44,7 @@ def row_of_grasp(target: TaskObject, hand: GraspingHand, grasp: SimulatedGrasp) 
     row["penetration"] = grasp.penetration
     row["preshape"] = grasp.preshape
     row["on_handle"] = "" if share is None else int(share > _HANDLE_SHARE)
-    row.update(_vector_cells("wrist", grasp.T_object_hand[:3, 3]))
-    return row
-
-
-def feature_cells(features: GraspFeatures) -> Row:
-    """Return Table I as cells; a variable that was not observed gives no cell."""
-    row: Row = {"object_class": features.object_class or ""}
-    for name in ("size", "conv", "dir", "npos", "fcon", "fvol", "coc", "gbvl"):
-        values = getattr(features, name)
-        if values is None:
-            continue
-        if name in ("conv", "fvol"):
-            row[name] = float(values[0])
-        elif name == "dir":
-            row.update({f"dir_{axis}": float(v) for axis, v in zip("xyzw", values, strict=True)})
-        else:
-            row.update(_vector_cells(name, values))
+    row.update(vector_cells("wrist", grasp.T_object_hand[:3, 3]))
     return row
 
 
@@ -76,7 +59,7 @@ def write_rows(path: Path, rows: Iterable[Row]) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(ordered)
     for row in rows:
-        writer.writerow([_cell(row.get(column, "")) for column in ordered])
+        writer.writerow([cell_text(row.get(column, "")) for column in ordered])
     path.parent.mkdir(parents=True, exist_ok=True)
     content = text.getvalue().encode()
     write_bytes(path, gzip.compress(content, mtime=0) if path.suffix == ".gz" else content)
@@ -154,10 +137,6 @@ def poses_of_rows(rows: Sequence[dict[str, str]]) -> Array:
     return poses
 
 
-def _vector_cells(name: str, values: Array) -> Row:
-    return {f"{name}_{index}": float(value) for index, value in enumerate(values)}
-
-
 def _margin_cells(labels: dict[str, TaskLabel]) -> Row:
     """Return `margin_TASK` and `margin_TASK_TERM` for all known margins."""
     cells: Row = {}
@@ -184,7 +163,3 @@ def _column_order(column: str) -> tuple[int, str, int, str]:
     if last.isdigit():
         return group, stem, int(last), ""
     return group, "" if group == _GROUPS.index("dir") else column, "xyzw".find(last), column
-
-
-def _cell(value: str | float | int) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)

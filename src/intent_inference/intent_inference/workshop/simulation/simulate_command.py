@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from intent_inference.quantisation.grasp_cells import Row
 from intent_inference.workshop.simulation.campaign import (
     BACKENDS,
     SETTINGS,
@@ -23,9 +24,10 @@ from intent_inference.workshop.simulation.campaign import (
     object_models,
     settings,
 )
-from intent_inference.workshop.simulation.grasp_table import Row, write_rows
+from intent_inference.workshop.simulation.grasp_table import write_rows
 from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.basics.late_module import need
+from intent_perception.basics.progress import ProgressBar
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.geometry.coded_images import write_picture
 
@@ -66,9 +68,15 @@ def simulate(options: argparse.Namespace) -> dict[str, Any]:
     if not options.relabel:
         need("pybullet")
         client = _connected(options)
-        for progress in generate_all(config, wanted, options.jobs, options.backend, _report):
-            if progress.problem:
-                refused[progress.name] = progress.problem
+        with ProgressBar("object", len(wanted)) as bar:
+
+            def report(progress: Progress) -> None:
+                _report(progress)
+                bar.advance(progress.name)
+
+            for progress in generate_all(config, wanted, options.jobs, options.backend, report):
+                if progress.problem:
+                    refused[progress.name] = progress.problem
         if client is not None:
             client.close()
     rows = all_rows(config, wanted, options.jobs)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from intent_perception.basics.late_module import need
+from intent_perception.basics.progress import counted
 from intent_perception.basics.safe_files import output_file, write_text
 from intent_perception.geometry.cloud import read_cloud, view_cloud
 from intent_perception.geometry.coded_images import write_picture
@@ -216,7 +217,7 @@ def main() -> None:
         "machine": machine(),
         "seed": plan.seed,
     }
-    for name in [arguments.part] if arguments.part else PARTS:
+    for name in counted("part", [arguments.part] if arguments.part else list(PARTS)):
         figures = PARTS[name](plan)
         report |= figures if name in (figures or ()) else {name: figures}
         report["seconds"] = time.perf_counter() - start

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from intent_perception.basics.progress import counted
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.workshop.figures.machine import machine
 from intent_tracking.tracker.tracker_config import TrackerConfig
@@ -259,7 +260,7 @@ def main(arguments: list[str] | None = None) -> int:
         options.seed, options.quick, options.bags, options.picture, options.films,
         options.part is not None,
     )  # fmt: skip
-    for name in [options.part] if options.part else PARTS:
+    for name in counted("part", [options.part] if options.part else list(PARTS)):
         figures.update(PARTS[name](scope))
     figures["seconds"] = time.perf_counter() - began
     write_json(options.json, figures, indent=2)

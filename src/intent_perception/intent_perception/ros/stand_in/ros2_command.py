@@ -3,6 +3,7 @@
 scripts/ros2.sh topic list [-t] | topic echo TOPIC [--once] | topic hz TOPIC | node list
 scripts/ros2.sh param list NODE | param get NODE NAME | param set NODE NAME VALUE
 scripts/ros2.sh param describe NODE NAME | interface show TYPE
+scripts/ros2.sh bag record [-o FOLDER] [TOPIC ...]
 """
 
 import argparse
@@ -12,6 +13,7 @@ from array import array
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +25,8 @@ from rclpy.parameter import Parameter, get_parameter_value, parameter_value_to_p
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from intent_perception.ros.interface_text import interface_text
+from intent_perception.ros.stand_in.bag_record import record
+from intent_perception.ros.stand_in.interface_text import interface_text
 
 _MANY = 128
 """Longer arrays are cut when a message is printed, as `ros2 topic echo` does."""
@@ -99,6 +102,10 @@ def _parser() -> argparse.ArgumentParser:
     verb("describe", _describe_parameter, "node_name", "parameter")
     verb("get", _get_parameter, "node_name", "parameter")
     verb("set", _set_parameter, "node_name", "parameter", "value")
+    bag = group("bag", "record topics")("record", _record_bag)
+    bag.add_argument("topics", nargs="*", help="default: all")
+    bag.add_argument("-o", "--output", default=time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"))
+    bag.add_argument("--seconds", type=float, default=0.0, help="end after so long [s]")
     group("interface", "message types")("show", _show_interface, "type")
     return parser
 
@@ -182,6 +189,13 @@ def _hertz(node: Node, topic: str, window: int) -> None:
                 flush=True,
             )
             said = times[-1]
+
+
+def _record_bag(node: Node, topics: list[str], output: str, seconds: float) -> None:
+    """Write messages to a bag until Ctrl-C. Default: all topics."""
+    print(f"recording to {output}; Ctrl-C ends it", flush=True)
+    count = record(node, topics, Path(output), message_class, seconds)
+    print(f"{count} messages in {output}")
 
 
 def _answer(node: Node, node_name: str, ask: Callable[[AsyncParameterClient], Any]) -> Any:

@@ -25,13 +25,39 @@ def _lines(kind: str) -> list[str]:
     found: list[str] = []
     for line in read_text(_file(package, name, kind)).splitlines():
         found.append(line)
-        field = re.match(r"([A-Za-z]\w*(?:/\w+)?)(\[[^]]*\])?\s+\w+", line)
-        if field is None or not field[1].rpartition("/")[2][0].isupper():
+        nested = _nested(package, line)
+        if not nested:
             continue
-        nested = field[1] if "/" in field[1] else f"{package}/{field[1]}"
         inner = [part for part in _lines(nested) if part.strip() and part.strip()[0] != "#"]
         found += [f"\t{part}" for part in inner]
     return found
+
+
+def _nested(package: str, line: str) -> str:
+    """Return the message type of a field, "" where a line has none."""
+    field = re.match(r"([A-Za-z]\w*(?:/\w+)?)(\[[^]]*\])?\s+\w+", line)
+    if field is None or not field[1].rpartition("/")[2][0].isupper():
+        return ""
+    return field[1] if "/" in field[1] else f"{package}/{field[1]}"
+
+
+def nested_types(kind: str) -> list[str]:
+    """Return the types in a message, e.g. geometry_msgs/msg/Point, the innermost first."""
+    package = kind.partition("/")[0]
+    found: list[str] = []
+    for line in read_text(interface_file(kind)).splitlines():
+        nested = _nested(package, line)
+        if nested:
+            owner, _, name = nested.partition("/")
+            one = f"{owner}/msg/{name}"
+            found += [*nested_types(one), one]
+    return list(dict.fromkeys(found))
+
+
+def interface_file(kind: str) -> Path:
+    """Return the file that defines a message type such as sensor_msgs/msg/Image."""
+    package, _, name = kind.partition("/msg/")
+    return _file(package, name, kind)
 
 
 def _file(package: str, name: str, kind: str) -> Path:

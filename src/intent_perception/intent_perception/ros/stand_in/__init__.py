@@ -1,0 +1,1 @@
+"""What stands in for the command `ros2` where no installation brings it."""

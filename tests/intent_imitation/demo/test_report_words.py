@@ -1,0 +1,89 @@
+"""The report's words follow the record: no statement that the run does not bear out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.support import demo_records
+
+from intent_imitation.demo.charts import prior_bar
+from intent_imitation.demo.flow import why_no_object
+from intent_imitation.demo.grasp_pictures import picture_of_robot_table
+from intent_imitation.demo.report_text import (
+    figures,
+    footer,
+    grasp_text,
+    object_rows,
+    origin,
+    posterior_text,
+    summary,
+    table_text,
+)
+from intent_imitation.demo.run_record import DemoRecord, result
+from intent_imitation.planner.plan import ObjectChoice
+from intent_perception.objects.database import ObjectDatabase
+
+
+@pytest.fixture(scope="module")
+def made_up() -> DemoRecord:
+    return demo_records.record(ObjectDatabase.load())
+
+
+def test_the_head_names_bag_date_version_and_synthetic_pixels(made_up: DemoRecord) -> None:
+    assert made_up.truth is not None
+    truth = replace(made_up.truth, synthetic=True)
+    run = replace(made_up, truth=truth, written="2026-01-02 03:04 UTC", version="1.2.3")
+    for part in ("made_up", "synthetic", "2026-01-02 03:04 UTC", "Intent 1.2.3"):
+        assert part in origin(run)
+    assert "synthetic" not in origin(made_up)
+
+
+def test_nothing_is_green_where_nothing_was_chosen(made_up: DemoRecord) -> None:
+    assert made_up.plan is not None
+    unfit = replace(made_up.plan, nothing_affords=True, grasps=())
+    assert "green" in table_text(made_up.plan)
+    assert "green" not in table_text(unfit)
+    assert "confidence" in table_text(None)
+
+
+def test_without_a_task_nobody_says_that_nothing_was_recognised(made_up: DemoRecord) -> None:
+    assert why_no_object(None) == "no task to choose for"
+    assert "table was not seen" not in summary(replace(made_up, plan=None))
+    assert "not seen" in summary(replace(made_up, plan=None, robot_objects=None))
+
+
+def test_no_caption_says_schunk_for_another_hand(made_up: DemoRecord) -> None:
+    assert made_up.plan is not None
+    assert "Schunk" in grasp_text(made_up.plan)
+    assert grasp_text(replace(made_up.plan, hand="my_gripper")).startswith("The my gripper hand")
+
+
+def test_the_time_of_the_replay_is_no_headline_and_is_explained(made_up: DemoRecord) -> None:
+    assert not any(figure.value.endswith(" s") for figure in figures(made_up))
+    assert "frame by frame" in footer(made_up)
+
+
+def test_a_thing_that_was_not_judged_has_no_number_anywhere(made_up: DemoRecord) -> None:
+    assert made_up.plan is not None
+    thing = ObjectChoice("bottle_2", "", float("nan"), False)
+    run = replace(made_up, plan=replace(made_up.plan, objects=(made_up.plan.objects[0], thing)))
+    rows = object_rows(run)
+    assert rows is not None
+    assert rows.rows[1] == ("bottle_2", "unknown", "not judged", "")
+    assert result(run)["robot_objects"][1]["probability"] is None
+    assert "not judged" in table_text(run.plan)
+    assert picture_of_robot_table(run) is not None
+
+
+def test_the_bars_of_a_task_sum_to_its_log_odds(made_up: DemoRecord) -> None:
+    posterior = made_up.final
+    assert posterior is not None
+    for task, chance in zip(posterior.tasks, posterior.probability, strict=True):
+        bars = sum(c.log_odds for c in posterior.explanation if c.task == task)
+        total = bars + prior_bar(posterior, task)
+        assert 1.0 / (1.0 + np.exp(-total)) == pytest.approx(chance)
+
+
+def test_forecasts_without_a_grasp_are_called_so() -> None:
+    assert "no stable grasp followed" in posterior_text(0)
+    assert "line marks" in posterior_text(1)
