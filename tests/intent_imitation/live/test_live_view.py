@@ -59,10 +59,10 @@ def test_a_recording_that_starts_over_begins_anew(run: DemoRecord) -> None:
 
 def test_the_page_is_told_every_posterior_in_order(run: DemoRecord) -> None:
     told = kept(run, len(run.states)).as_json()
-    assert told["tasks"] == list(TASKS)
+    assert told["tasks"] == [*TASKS, "none of these"]
     times = [row[0] for row in told["points"]]
     assert times == sorted(times)
-    assert all(len(row) == 2 + len(TASKS) for row in told["points"])
+    assert all(len(row) == 3 + len(TASKS) for row in told["points"])
 
 
 def test_the_picture_shows_objects_and_the_panel_beside_them(run: DemoRecord) -> None:

@@ -194,6 +194,37 @@ def test_only_a_final_posterior_with_a_best_task_is_answered(
     assert (answer.stamp, answer.task) == (7, "pouring")
 
 
+def test_a_stable_grasp_is_answered_once_until_the_hand_reaches_anew(
+    database: ObjectDatabase, library: GraspLibrary
+) -> None:
+    which = planner(database, library, MadeUpModel({"mug": 0.9}))
+    which.start(table(database, "mug_1"))
+    stamps = []
+    for stamp, preliminary in ((1, True), (2, False), (3, False), (4, True), (5, False)):
+        answer = which.step(demo_records.posterior(stamp, preliminary=preliminary))
+        stamps += [answer.stamp] if answer is not None else []
+    assert stamps == [2, 5]
+
+
+def test_a_motion_that_means_something_else_overtakes_and_cancels(
+    database: ObjectDatabase, library: GraspLibrary
+) -> None:
+    which = planner(database, library, MadeUpModel({"mug": 0.9}), acts_on="motion")
+    which.start(table(database, "mug_1"))
+
+    def said(stamp: int, best: str | None, *intends: float) -> Any:
+        final = demo_records.posterior(stamp, preliminary=False)
+        return which.step(replace(final, best=best, intends=np.array(intends), stage="ACT"))
+
+    assert said(1, "pouring", 0.2, 0.5, 0.0, 0.1, 0.2).task == "pouring"
+    assert said(2, "hand-over", 0.45, 0.4, 0.0, 0.0, 0.15) is None  # not by enough
+    assert said(3, "hand-over", 0.7, 0.2, 0.0, 0.0, 0.1).task == "hand-over"
+    word = said(4, None, 0.02, 0.0, 0.0, 0.0, 0.98)
+    assert word.cancelled
+    assert (word.task, word.grasps) == ("hand-over", ())
+    assert said(5, None, 0.02, 0.0, 0.0, 0.0, 0.98) is None  # said once
+
+
 def test_an_object_that_the_database_does_not_hold_is_ranked_last_and_never_chosen(
     database: ObjectDatabase, library: GraspLibrary
 ) -> None:

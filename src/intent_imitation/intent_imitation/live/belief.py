@@ -107,8 +107,12 @@ class BeliefKeeper:
         if self._first < 0 or posterior.stamp < self._first:
             self._first = posterior.stamp
         seconds = (posterior.stamp - self._first) * _NANO
-        held = before is not None and not before.preliminary
-        held = held and before.object_id == posterior.object_id and before.stamp < posterior.stamp
+        held = (
+            before is not None
+            and not before.preliminary
+            and before.object_id == posterior.object_id
+            and before.stamp < posterior.stamp
+        )
         if not posterior.preliminary and not held:
             self._grasps.append(seconds)
         self._points.append(Point(seconds, values, posterior.preliminary))
@@ -179,11 +183,8 @@ class BeliefKeeper:
 
 
 def shown_chances(posterior: TaskPosterior) -> tuple[tuple[str, ...], tuple[float, ...]]:
-    """Return names and probabilities of what is shown: what the person intends, if it is told."""
-    intends = getattr(posterior, "intends", None)
-    if intends is None or len(intends) != len(posterior.tasks) + 1:
-        return posterior.tasks, tuple(float(p) for p in posterior.probability)
-    return (*posterior.tasks, "none of these"), tuple(float(p) for p in intends)
+    """Return names and probabilities of what is shown: what the person means."""
+    return posterior.meanings, tuple(float(p) for p in posterior.intends)
 
 
 def _answer(plan: GraspPlan | None) -> str:

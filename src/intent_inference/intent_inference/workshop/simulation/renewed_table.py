@@ -10,7 +10,8 @@ import numpy as np
 
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
-from intent_inference.workshop.simulation.grasp_table import Row, poses_of_rows
+from intent_inference.quantisation.grasp_cells import Row
+from intent_inference.workshop.simulation.grasp_table import poses_of_rows
 from intent_inference.workshop.simulation.labels import renewed_terms
 
 
