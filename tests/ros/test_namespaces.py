@@ -82,6 +82,7 @@ def test_two_graphs_answer_their_own_grasps_alone(graph: Graph, probe: Probe) ->
         (posterior,) = posteriors[side]
         assert (posterior.object_id, posterior.header.frame_id) == (mug, f"{side}_table")
         wanted = TaskPosterior(tasks=["hand-over"], probability=[0.9], best="hand-over")
+        wanted.intends, wanted.stage = [0.9, 0.1], "GRASP"
         probe.create_publisher(TaskPosterior, f"/{side}/intent/task_posterior", LATCHED).publish(
             wanted
         )

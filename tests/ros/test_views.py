@@ -98,7 +98,7 @@ def test_the_viewer_draws_only_while_somebody_looks_and_shows_page_and_picture(
     picture = cv2.imdecode(np.frombuffer(bytes(shown.data), np.uint8), cv2.IMREAD_COLOR)
     assert picture.shape == (480, 640 + 260, 3)
     told = json.loads(fetch(port, "/state.json")[1])
-    assert (told["object"], len(told["tasks"])) == ("mug 1", 4)
+    assert (told["object"], len(told["tasks"])) == ("mug 1", 5)
     assert fetch(port, "/image.jpg")[1][:2] == b"\xff\xd8"
     assert b"<canvas" in fetch(port, "/")[1]
     assert fetch(port, "/", host="elsewhere.example")[0] == 403

@@ -79,7 +79,6 @@ class BeliefKeeper:
         self._state: SceneState | None = None
         self._posterior: TaskPosterior | None = None
         self._plan: GraspPlan | None = None
-        self._stage = ""
         self._first = -1
         self._grasps: deque[float] = deque(maxlen=20)
         self._points: deque[Point] = deque(maxlen=4000)
@@ -96,13 +95,13 @@ class BeliefKeeper:
         """Take note that the tracker says nothing any more."""
         self._state = None
 
-    def note_posterior(self, posterior: TaskPosterior, stage: str = "") -> None:
-        """Take a posterior, and the stage that it names, if it does."""
+    def note_posterior(self, posterior: TaskPosterior) -> None:
+        """Take a posterior."""
         if self._posterior is not None and posterior.tasks != self._posterior.tasks:
             self._points.clear()  # another model
         if posterior.preliminary:
             self._plan = None
-        before, self._posterior, self._stage = self._posterior, posterior, stage
+        before, self._posterior = self._posterior, posterior
         values = shown_chances(posterior)[1]
         if self._first < 0 or posterior.stamp < self._first:
             self._first = posterior.stamp
@@ -149,12 +148,10 @@ class BeliefKeeper:
             return "not in view"
         if state.hand_lost:
             return "lost"
-        if self._stage:
-            return _WORDS.get(self._stage, self._stage.lower())
         if posterior is None or (state.stamp - posterior.stamp) * _NANO > 1.0:
             held = posterior is not None and not posterior.preliminary
             return _WORDS["GRASP"] if held else "in view"
-        return _WORDS["REACH" if posterior.preliminary else "GRASP"]
+        return _WORDS[posterior.stage]
 
     def as_json(self) -> dict[str, Any]:
         """Return the belief and the posterior over time for the page; all finite numbers."""

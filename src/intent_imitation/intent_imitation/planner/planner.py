@@ -186,7 +186,8 @@ class GraspPlanner:
             return None
         if self._config.acts_on == "motion":
             return self._intended(posterior)
-        if posterior.best is None or self._answered is not None:
+        answered = self._answered is not None and self._answered[0] == posterior.object_id
+        if posterior.best is None or answered:
             return None
         return self._answer(posterior, posterior.best)
 

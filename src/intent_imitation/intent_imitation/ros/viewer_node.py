@@ -34,7 +34,6 @@ from intent_perception.ros.node import (
 from intent_perception.ros.shaped_objects import learn_shapes
 from intent_tracking.ros.convert import state_from_msg
 
-_STAGES = ("REACH", "GRASP", "TRANSPORT", "ACT", "PUT_BACK")
 _ALONE = 1.0
 """Without the tracker for so long the picture is shown as it comes [s]."""
 
@@ -118,9 +117,7 @@ class ViewerNode(IntentNode):
         self._info = message
 
     def _on_posterior(self, message: Any) -> None:
-        stage = getattr(message, "stage", None)
-        named = [name for name in _STAGES if stage is not None and stage == getattr(message, name)]
-        self._keeper.note_posterior(posterior_from_msg(message), named[0] if named else "")
+        self._keeper.note_posterior(posterior_from_msg(message))
 
     def _on_plan(self, message: Any) -> None:
         self._keeper.note_plan(plan_from_msg(message))
