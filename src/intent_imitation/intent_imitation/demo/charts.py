@@ -87,7 +87,7 @@ def timeline(
     start: int,
     true_task: str | None = None,
 ) -> None:
-    """Draw p(task) over time into the axes; dashed lines mark the stable grasps."""
+    """Draw what is afforded (solid) and meant (dotted) over time; dashed lines mark grasps."""
     posteriors = in_order(posteriors)
     seconds = np.array([(p.stamp - start) * 1e-9 for p in posteriors])
     tasks = posteriors[-1].tasks if posteriors else ()
@@ -95,9 +95,13 @@ def timeline(
     for task in tasks:
         values = np.array([_probability(p, task) for p in posteriors])
         color = task_color(task, tasks)
-        final = np.array([not p.preliminary for p in posteriors])
+        grasped = np.array([p.stamp in grasp_stamps and not p.preliminary for p in posteriors])
         axes.plot(seconds, values, color=color, linewidth=2.0, alpha=0.75, zorder=3)
-        axes.scatter(seconds[final], values[final], s=58, color=color, zorder=4, edgecolor="white")
+        axes.scatter(
+            seconds[grasped], values[grasped], s=58, color=color, zorder=4, edgecolor="white"
+        )
+        meant = np.array([_meant(p, task) for p in posteriors])
+        axes.plot(seconds, meant, color=color, linewidth=1.4, linestyle=":", zorder=3)
         words = f"{task}  {values[-1]:.2f}" + ("  (demonstrated)" if task == true_task else "")
         labels.append((float(values[-1]), words, color))
     for index, stamp in enumerate(grasp_stamps):
@@ -117,9 +121,18 @@ def timeline(
         )
     _label_ends(axes, float(seconds[-1]) if seconds.size else 1.0, labels)
     axes.set_ylim(-0.03, 1.03)
-    axes.set_xlabel("time [s]   (shaded: the hand still reaches, the guess is preliminary)")
+    axes.set_xlabel(
+        "time [s]   (shaded: the hand still reaches, the guess is preliminary)\n"
+        "solid: what the grasp affords; dotted: what the person means with it"
+    )
     axes.set_ylabel("p(task | observation)")
     axes.grid(axis="y", color=GRID, zorder=1)
+
+
+def _meant(posterior: TaskPosterior, task: str) -> float:
+    """Return the probability that a task is meant; NaN where the model does not know it."""
+    known = task in posterior.tasks
+    return float(posterior.intends[posterior.tasks.index(task)]) if known else float("nan")
 
 
 def in_order(posteriors: Sequence[TaskPosterior]) -> list[TaskPosterior]:
