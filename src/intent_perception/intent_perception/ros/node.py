@@ -56,6 +56,13 @@ from intent_perception.ros.step_health import WARN, StepHealth
 
 RESULTS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 """Results arrive all, also at a consumer that is slow for a while."""
+NEWS = QoSProfile(
+    depth=1000,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""What is latched, to a consumer that is slow for a while: a grasp's answer is followed by one for
+every frame of the motion."""
 LATCHED = QoSProfile(
     depth=10,
     reliability=ReliabilityPolicy.RELIABLE,
@@ -212,7 +219,7 @@ class IntentNode(Node):
             else:
                 self.get_logger().info(f"left aside what {topic} said earlier", once=True)
 
-        self.create_subscription(kind, topic, take, LATCHED)
+        self.create_subscription(kind, topic, take, NEWS)
 
     def attempt(self, callback: Callable[[Any], Any], argument: Any, header: Any) -> None:
         """Run one step, time it, and warn instead of dying where the input is bad.
