@@ -11,8 +11,9 @@ from tests.support.grasp_tables import made_up_grasps
 from tests.support.harness import Graph, Probe
 
 from intent_perception.bags.frame_assembly import stamp_of
+from intent_perception.ros.latest_result import LATEST
 from intent_perception.ros.live_messages import LiveMessages, process_age
-from intent_perception.ros.node import LATCHED, LATEST
+from intent_perception.ros.node import LATCHED
 from intent_tracking.grasp.grasp_detector import StableGrasp as Grasp
 from intent_tracking.grasp.grasp_features import GraspFeatures
 from intent_tracking.ros.convert import grasp_to_msg

@@ -21,6 +21,7 @@ from intent_imitation.demo.report_text import (
 )
 from intent_imitation.demo.run_record import DemoRecord, result
 from intent_imitation.planner.plan import ObjectChoice
+from intent_inference.intention.estimator import Contribution
 from intent_perception.objects.database import ObjectDatabase
 
 
@@ -82,6 +83,16 @@ def test_the_bars_of_a_task_sum_to_its_log_odds(made_up: DemoRecord) -> None:
         bars = sum(c.log_odds for c in posterior.explanation if c.task == task)
         total = bars + prior_bar(posterior, task)
         assert 1.0 / (1.0 + np.exp(-total)) == pytest.approx(chance)
+
+
+def test_what_the_motion_moved_is_no_bar_of_the_grasp(made_up: DemoRecord) -> None:
+    posterior = made_up.final
+    assert posterior is not None
+    moved = tuple(Contribution(task, "height", 2.0) for task in posterior.tasks)
+    later = replace(posterior, explanation=(*posterior.explanation, *moved))
+    assert later.grasp_explanation == posterior.explanation
+    for task in posterior.tasks:
+        assert prior_bar(later, task) == prior_bar(posterior, task)
 
 
 def test_forecasts_without_a_grasp_are_called_so() -> None:

@@ -19,6 +19,7 @@ from intent_imitation.demo.mesh_pictures import (
 )
 from intent_imitation.planner.plan import GraspPlan, ObjectChoice
 from intent_inference.intention.estimator import TaskPosterior
+from intent_perception.basics.arrays import Array
 from intent_perception.basics.safe_files import written_beside
 
 STYLE = {
@@ -100,7 +101,7 @@ def timeline(
         axes.scatter(
             seconds[grasped], values[grasped], s=58, color=color, zorder=4, edgecolor="white"
         )
-        meant = np.array([_meant(p, task) for p in posteriors])
+        meant = np.array([_of_task(p, task, p.intends) for p in posteriors])
         axes.plot(seconds, meant, color=color, linewidth=1.4, linestyle=":", zorder=3)
         words = f"{task}  {values[-1]:.2f}" + ("  (demonstrated)" if task == true_task else "")
         labels.append((float(values[-1]), words, color))
@@ -127,12 +128,6 @@ def timeline(
     )
     axes.set_ylabel("p(task | observation)")
     axes.grid(axis="y", color=GRID, zorder=1)
-
-
-def _meant(posterior: TaskPosterior, task: str) -> float:
-    """Return the probability that a task is meant; NaN where the model does not know it."""
-    known = task in posterior.tasks
-    return float(posterior.intends[posterior.tasks.index(task)]) if known else float("nan")
 
 
 def in_order(posteriors: Sequence[TaskPosterior]) -> list[TaskPosterior]:
@@ -167,10 +162,15 @@ def _label_ends(axes: Axes, end: float, labels: list[tuple[float, str, str]]) ->
 
 
 def _probability(posterior: TaskPosterior, task: str) -> float:
-    """Return the probability of a task, NaN where the posterior does not speak of it."""
+    """Return the probability that a task is afforded, NaN where the model does not know it."""
+    return _of_task(posterior, task, posterior.probability)
+
+
+def _of_task(posterior: TaskPosterior, task: str, values: Array) -> float:
+    """Return a task's own of values (T, …); NaN where the posterior's model does not know it."""
     if task not in posterior.tasks:
         return float("nan")
-    return float(posterior.probability[posterior.tasks.index(task)])
+    return float(values[posterior.tasks.index(task)])
 
 
 def draw_evidence(path: Path, posterior: TaskPosterior) -> None:
@@ -180,7 +180,10 @@ def draw_evidence(path: Path, posterior: TaskPosterior) -> None:
         panels = canvas.subplots(1, max(len(tasks), 1), sharey=True, squeeze=False)[0]
         variables = _variables(posterior)
         rest = [prior_bar(posterior, task) for task in tasks]
-        reach = max([abs(c.log_odds) for c in posterior.explanation] + list(map(abs, rest))) * 1.12
+        reach = (
+            max([abs(c.log_odds) for c in posterior.grasp_explanation] + list(map(abs, rest)))
+            * 1.12
+        )
         for axes, task in zip(panels, tasks, strict=True):
             evidence(axes, posterior, task, variables, max(reach, 0.5))
         canvas.supxlabel("evidence for (right) and against (left) the task [log-odds]", fontsize=11)
@@ -190,7 +193,7 @@ def evidence(
     axes: Axes, posterior: TaskPosterior, task: str, variables: Sequence[str], reach: float
 ) -> None:
     """Draw one task's contributions as bars from the middle, most important variable on top."""
-    moved = {c.variable: c.log_odds for c in posterior.explanation if c.task == task}
+    moved = {c.variable: c.log_odds for c in posterior.grasp_explanation if c.task == task}
     values = [*(moved.get(variable, 0.0) for variable in variables), prior_bar(posterior, task)]
     color = task_color(task, posterior.tasks)
     places = np.arange(len(values))[::-1]
@@ -215,14 +218,14 @@ def prior_bar(posterior: TaskPosterior, task: str) -> float:
     say only together; with it, the bars of a task sum to the log-odds of its probability.
     """
     chance = float(np.clip(_probability(posterior, task), 1e-4, 1.0 - 1e-4))
-    moved = sum(c.log_odds for c in posterior.explanation if c.task == task)
+    moved = sum(c.log_odds for c in posterior.grasp_explanation if c.task == task)
     return float(np.log(chance / (1.0 - chance))) - moved
 
 
 def _variables(posterior: TaskPosterior) -> list[str]:
     """Return the variables of the explanation, the one that moved most first."""
     weight: dict[str, float] = {}
-    for contribution in posterior.explanation:
+    for contribution in posterior.grasp_explanation:
         name = contribution.variable
         weight[name] = max(weight.get(name, 0.0), abs(contribution.log_odds))
     return sorted(weight, key=lambda name: -weight[name])

@@ -59,7 +59,7 @@ class Point:
     def as_row(self) -> list[float]:
         """Return time, 1 where it is a forecast, and the chances."""
         chances = [round(chance, 4) for chance in self.chances]
-        return [round(self.seconds, 3), float(self.preliminary), *chances]
+        return [round(self.seconds, 3), int(self.preliminary), *chances]
 
 
 class BeliefKeeper:
@@ -168,14 +168,7 @@ class BeliefKeeper:
             "answer": belief.answer,
             "tasks": [] if posterior is None else list(shown_chances(posterior)[0]),
             "grasps": [round(second, 3) for second in self._grasps],
-            "points": [
-                [
-                    round(point.seconds, 3),
-                    int(point.preliminary),
-                    *(round(c, 4) for c in point.chances),
-                ]
-                for point in self._points
-            ],
+            "points": [point.as_row() for point in self._points],
         }
 
 

@@ -9,7 +9,13 @@ import numpy as np
 from intent_inference.intention.class_priors import ClassPriors
 from intent_inference.intention.held_intention import HeldIntention, Rests, intended
 from intent_inference.intention.reach import ReachConfig, ReachFilter, ReachForecast
-from intent_inference.motion.motion_network import NOTHING, MotionNetwork, shipped_motion
+from intent_inference.motion.measures import MEASURES
+from intent_inference.motion.motion_network import (
+    NOTHING,
+    PHASES,
+    MotionNetwork,
+    shipped_motion,
+)
 from intent_inference.network.junction_tree import junction_tree_log_odds
 from intent_inference.network.model_file import load_model, shipped_model
 from intent_inference.network.probability_calibration import sigmoid
@@ -38,7 +44,7 @@ class Contribution:
 
 _AT_AN_END = 0.08
 """A long thing may be held at its end: the palm may be so much farther away [m]."""
-STAGES = ("REACH", "GRASP", "TRANSPORT", "ACT", "PUT_BACK")
+STAGES = ("REACH", *PHASES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +98,11 @@ class TaskPosterior:
         named = {self.best, *self.above_threshold} - {None}
         if not named <= set(self.tasks):
             raise ValueError(f"expected {', '.join(map(str, named))} among the tasks {self.tasks}")
+
+    @property
+    def grasp_explanation(self) -> tuple[Contribution, ...]:
+        """What moved `probability`; the rest of the explanation is of the motion and does not."""
+        return tuple(one for one in self.explanation if one.variable not in MEASURES)
 
     @property
     def meanings(self) -> tuple[str, ...]:
@@ -233,7 +244,7 @@ class IntentionEstimator:
                 self._reach.step(state)
                 return replace(last, stamp=state.stamp, stage="PUT_BACK")
         if self._held is not None and self._last is not None:
-            return self._moving(state, self._held, self._last)
+            return self._moving(state, self._held, self._last, gaps)
         found = self._reach.step(state)
         return None if found is None else self._forecast(state, found, gaps)
 
@@ -266,12 +277,12 @@ class IntentionEstimator:
         return gaps.get(held.object_id, 0.0) >= usual
 
     def _moving(
-        self, state: SceneState, held: HeldIntention, last: TaskPosterior
+        self, state: SceneState, held: HeldIntention, last: TaskPosterior, gaps: dict[str, float]
     ) -> TaskPosterior | None:
         """Return the grasp's posterior with what the motion up to this frame adds."""
         if held.object_id not in state.object_ids:
             return None
-        held.hold(self._reach.gaps(state).get(held.object_id, 0.0))
+        held.hold(gaps.get(held.object_id, 0.0))
         self._follow(state, held)
         intends = held.intends(self._affords)
         self._last = replace(

@@ -12,6 +12,7 @@ from intent_perception.geometry.transforms import (
     rotation_from_vector,
     vector_from_rotation,
 )
+from intent_tracking.fit.hand_shape import AVERAGE
 from intent_tracking.scene.hand_model import (
     FITTED_LIMITS,
     SHAPE_SIZE,
@@ -26,8 +27,6 @@ _LIMIT_WEIGHT, _POSTURE_WEIGHT = 0.1, 0.002
 _RELAXED: Array = np.radians([25.0, 0, 10, 10, *([0.0, 20, 20, 10] * 4)])
 _STEP = 1e-5
 _MIRROR = np.array([1.0, -1.0, 1.0])
-_THICKNESS = 1.06
-"""Of grown-up hands against GraspIt!'s (`fit.hand_shape.AVERAGE`)."""
 
 
 def shape_of_joints(joints: Array) -> Array:
@@ -40,7 +39,7 @@ def shape_of_joints(joints: Array) -> Array:
     ratios = np.nanmedian(_bones(joints), axis=0) / _bones(own[None])[0]
     ratios = np.where(np.isfinite(ratios), np.clip(ratios, 0.4, 2.0), 1.0)
     scale = float(np.clip(np.median(ratios), 0.5, 2.0))
-    shape = np.concatenate([[scale, _THICKNESS], np.clip(ratios / scale, 0.4, 2.5).ravel()])
+    shape = np.concatenate([[scale, AVERAGE[1]], np.clip(ratios / scale, 0.4, 2.5).ravel()])
     assert len(shape) == SHAPE_SIZE
     return shape
 

@@ -49,7 +49,6 @@ from intent_perception.basics.parameters import (
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.ros.input_watch import InputWatch
-from intent_perception.ros.latest_result import LATEST as LATEST
 from intent_perception.ros.live_messages import LiveMessages
 from intent_perception.ros.node_help import node_help
 from intent_perception.ros.step_health import WARN, StepHealth
