@@ -4,6 +4,7 @@ import importlib
 import os
 import signal
 import sys
+import traceback
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
@@ -16,7 +17,9 @@ def command(module: str, *arguments: Any) -> NoReturn:
 
     The module is imported here, so that Ctrl-C and SIGTERM end a command quietly from its first
     moment on. Statuses: 130 and 143 after these signals, 1 after an error that `main` did not
-    answer itself.
+    answer itself. After a signal, and wherever ROS runs, the program leaves without Python's
+    clean-up: threads of the middleware and of compiled libraries still run, and now and then
+    crash in it or wait for each other for ever.
     """
     signal.signal(signal.SIGTERM, _terminated)
     run_as = sys.modules["__main__"].__spec__  # python -m
@@ -28,6 +31,8 @@ def command(module: str, *arguments: Any) -> NoReturn:
         sys.stdout.flush()
     except KeyboardInterrupt:
         _leave(130)
+    except _Terminated:
+        _leave(143)
     except BrokenPipeError:  # whoever read the output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _leave(141)
@@ -40,11 +45,26 @@ def command(module: str, *arguments: Any) -> NoReturn:
     except (ValueError, OSError) as error:
         print(f"{name}: {' '.join(str(error).split())}", file=sys.stderr)
         _leave(1)
+    except SystemExit as end:
+        if not isinstance(end.code, int | None):
+            raise
+        status = end.code
+    except Exception:
+        if "rclpy" not in sys.modules:
+            raise
+        traceback.print_exc()
+        status = 1
+    if "rclpy" in sys.modules:
+        _leave(status or 0)
     raise SystemExit(status)
 
 
+class _Terminated(SystemExit):
+    """What SIGTERM ends a program with."""
+
+
 def _terminated(*_: Any) -> NoReturn:
-    raise SystemExit(143)
+    raise _Terminated(143)
 
 
 def _leave(status: int) -> NoReturn:
