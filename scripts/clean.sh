@@ -50,18 +50,11 @@ drop_own() {
   [ -n "$dry" ] || find "$1" -depth -type d -empty -delete
 }
 
-# Programs that were killed leave their files; those that still run hold a lock. A minute's grace:
-# one may be about to start.
-drop_unlocked() {
-  local file lock
-  while read -r file; do
-    lock=${file/#*\/sem./$shared/}
-    lock=${lock%_mutex}
-    [ -e "$lock" ] && [ "$lock" = "${lock%_el}" ] && [ -e "${lock}_el" ] && lock=${lock}_el
-    [ -e "$lock" ] || lock=$file
-    flock -n "$lock" true && drop "$file"
-  done < <(find "$1" -maxdepth 1 "${@:2}" -user "$UID" -type f -mmin +1 2>/dev/null | sort)
-  return 0
+# drop_orphaned FOLDER PATTERN: files of programs that were killed.
+drop_orphaned() {
+  local files
+  mapfile -t files < <(python3 "$root/src/intent_perception/intent_perception/basics/orphaned_files.py" "$@")
+  drop "${files[@]}"
 }
 
 [ ! -f "$venv/pyvenv.cfg" ] || drop "$venv"
@@ -69,6 +62,6 @@ drop_built
 mapfile -t caches < <(find "$root"/{src,tests,bags,scripts} -name __pycache__ -prune 2>/dev/null)
 drop "${caches[@]}" "$root"/src/*/*.egg-info "$root"/.{mypy,ruff,pytest,import_linter}_cache "$root/.setup.lock"
 for folder in "$root/out/demo" "$root"/bags/generated/*; do drop_own "$folder"; done
-drop_unlocked "$shared" -name '*fastrtps_*'
-drop_unlocked "${TMPDIR:-/tmp}" -name "intent_domain_${UID}_*"
+drop_orphaned "$shared" '*fastrtps_*'
+drop_orphaned "${TMPDIR:-/tmp}" "intent_domain_${UID}_*"
 echo "${dry:+would be }freed: $((freed / 1024)) MB"

@@ -3,7 +3,7 @@
     python -m tests.faults.kill_nodes [--cases 45] [--seed 0]
 
 The bag is played once more when the node is ready: this or that demonstration must be answered by
-a grasp and a plan, and in between nothing may be said of an earlier one.
+a grasp and a plan, and in between nothing may be said that had been said before, or of another one.
 """
 
 import argparse
@@ -30,6 +30,21 @@ def killed(probe: RealtimeProbe, name: str, shift: float, bag: Path) -> tuple[He
     return first, probe.listen(_QUIET), probe.play(bag)
 
 
+def stale(first: Heard, between: Heard) -> list[str]:
+    """Return what was said between that is not a late answer to the demonstration just seen."""
+    told = {
+        "grasp": (between.grasps, first.grasps),
+        "posterior": (list(between.best), list(first.best)),
+        "plan": (list(between.plans), list(first.plans)),
+    }
+    return [
+        f"{kind} of {'this' if stamp in first.frames else 'another'} demonstration"
+        for kind, (later, before) in told.items()
+        for stamp in later
+        if before or stamp not in first.frames
+    ]
+
+
 def main() -> int:
     """Print a table; the status is 1 where a case was not answered or something stale was said."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
@@ -43,11 +58,11 @@ def main() -> int:
         probe.await_ready()
         for node, moment, name in (cases[index] for index in order):
             first, between, again = killed(probe, node, MOMENTS[moment], BAGS / name)
-            stale = len(between.grasps) + len(between.best) + len(between.plans)
+            old = stale(first, between)
             answers = [bool(one.grasps and one.plans) for one in (first, again)]
-            bad += not any(answers) or stale > 0
+            bad += not any(answers) or bool(old)
             said = " ".join("answered" if answer else "-       " for answer in answers)
-            print(f"{node:15s}{moment:8s}{name:13s}{said}  stale {stale}", flush=True)
+            print(f"{node:15s}{moment:8s}{name:13s}{said}  stale: {old or 'nothing'}", flush=True)
     print(f"{len(order)} cases, {bad} not in order")
     return int(bad > 0)
 

@@ -4,8 +4,11 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
+
+from intent_perception.ros.ros_domain import private_domain
 
 NODES = {
     "recognizer": "intent_perception.ros.perception_nodes",
@@ -28,3 +31,20 @@ def test_a_signal_ends_a_node_quietly_from_its_first_moment_on(
     _, said = process.communicate(timeout=120)
     assert "Traceback" not in said, said
     assert process.returncode in (0, 128 + number, -number)
+
+
+def test_a_node_that_ends_takes_its_shared_memory_along() -> None:
+    def segments() -> set[str]:
+        return {file.name for file in Path("/dev/shm").glob("fastrtps_*")}
+
+    before = segments()
+    command = [sys.executable, "-c", f"from {NODES['inference']} import inference; inference()"]
+    with private_domain(), subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        while "ready" not in (line := process.stderr.readline()):
+            assert line, "it ended before it was ready"
+        assert segments() - before
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    left = {name for name in segments() - before if "port" not in name}  # ports are shared
+    assert not left

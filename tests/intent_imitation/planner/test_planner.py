@@ -206,6 +206,16 @@ def test_a_stable_grasp_is_answered_once_until_the_hand_reaches_anew(
     assert stamps == [2, 5]
 
 
+def test_a_planner_that_comes_too_late_for_a_grasp_does_not_answer_its_motion(
+    database: ObjectDatabase, library: GraspLibrary
+) -> None:
+    which = planner(database, library, MadeUpModel({"mug": 0.9}))
+    which.start(table(database, "mug_1"))
+    grasp = demo_records.posterior(7, preliminary=False)
+    assert which.step(replace(grasp, stamp=9, stage="ACT")) is None
+    assert which.step(grasp) is not None
+
+
 def test_a_motion_that_means_something_else_overtakes_and_cancels(
     database: ObjectDatabase, library: GraspLibrary
 ) -> None:

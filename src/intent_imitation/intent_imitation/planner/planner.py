@@ -187,7 +187,7 @@ class GraspPlanner:
         if self._config.acts_on == "motion":
             return self._intended(posterior)
         answered = self._answered is not None and self._answered[0] == posterior.object_id
-        if posterior.best is None or answered:
+        if posterior.stage != "GRASP" or posterior.best is None or answered:
             return None
         return self._answer(posterior, posterior.best)
 

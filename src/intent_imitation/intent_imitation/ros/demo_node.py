@@ -145,4 +145,6 @@ def main() -> None:
         sys.stderr.write(f"demo: stopped after {after}; nothing is concluded\n")
         raise SystemExit(130) from None
     finally:
+        if node is not None:
+            node.destroy_node()  # with its shared memory
         rclpy.try_shutdown()

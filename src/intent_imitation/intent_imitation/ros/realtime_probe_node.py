@@ -211,5 +211,6 @@ def probed_graph(bag: Path, models: Path | None) -> Iterator[RealtimeProbe]:
             rclpy.try_shutdown()
             for node in nodes:
                 if node.poll() is None:
-                    os.killpg(node.pid, signal.SIGKILL)
-                node.wait()
+                    os.killpg(node.pid, signal.SIGTERM)
+            for node in nodes:
+                node.wait(_PATIENCE)

@@ -211,10 +211,9 @@ class IntentionEstimator:
         self._affords = self._model.calibrated_log_odds(evidence, odds)[0]
         if self._held is None or self._held.object_id != grasp.object_id:
             self._held = self._taken(grasp.object_id, grasp.object_class)
-        intends, stage = self._held.intends(self._affords), self._held.stage(self._affords)
         self._last = self._posterior(
-            grasp.stamp, grasp.object_id, grasp.object_class, self._affords, evidence, intends,
-            stage, preliminary=False,
+            grasp.stamp, grasp.object_id, grasp.object_class, self._affords, evidence,
+            self._held.intends(self._affords), "GRASP", preliminary=False,
         )  # fmt: skip
         return self._with_motion(self._last)
 

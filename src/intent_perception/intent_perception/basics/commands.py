@@ -29,21 +29,13 @@ def command(module: str, *arguments: Any) -> NoReturn:
     try:
         status = importlib.import_module(module).main(*arguments)
         sys.stdout.flush()
-    except KeyboardInterrupt:
-        _leave(130)
-    except _Terminated:
-        _leave(143)
+    except (_Terminated, KeyboardInterrupt) as end:
+        _leave(143 if isinstance(end, _Terminated) else 130)
     except BrokenPipeError:  # whoever read the output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _leave(141)
-    except MemoryError:
-        print(f"{name}: the machine's memory does not suffice", file=sys.stderr)
-        _leave(1)
-    except ModuleNotFoundError as error:
-        print(f"{name}: {remedy(error)}", file=sys.stderr)
-        _leave(1)
-    except (ValueError, OSError) as error:
-        print(f"{name}: {' '.join(str(error).split())}", file=sys.stderr)
+    except (MemoryError, ModuleNotFoundError, ValueError, OSError) as error:
+        print(f"{name}: {_sentence(error)}", file=sys.stderr)
         _leave(1)
     except SystemExit as end:
         if not isinstance(end.code, int | None):
@@ -57,6 +49,15 @@ def command(module: str, *arguments: Any) -> NoReturn:
     if "rclpy" in sys.modules:
         _leave(status or 0)
     raise SystemExit(status)
+
+
+def _sentence(error: Exception) -> str:
+    """Return what a user is told of an error."""
+    if isinstance(error, MemoryError):
+        return "the machine's memory does not suffice"
+    if isinstance(error, ModuleNotFoundError):
+        return remedy(error)
+    return " ".join(str(error).split())
 
 
 class _Terminated(SystemExit):

@@ -37,6 +37,7 @@ from intent_perception.bags.frame_assembly import (
     Straight,
     SynchroniserConfig,
 )
+from intent_perception.basics.orphaned_files import drop_shared_memory
 from intent_perception.basics.parameters import (
     Checked,
     Kind,
@@ -476,6 +477,7 @@ def run(kind: Callable[[], IntentNode]) -> None:
     cv2.setNumThreads(1)  # five nodes share the cores; more threads only wait for each other
     threadpool_limits(1)
     usual = {number: signal.signal(number, _leave) for number in (signal.SIGINT, signal.SIGTERM)}
+    drop_shared_memory()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node: IntentNode | None = None
     try:
@@ -498,4 +500,5 @@ def run(kind: Callable[[], IntentNode]) -> None:
     finally:
         if node is not None:
             node.close()
+            node.destroy_node()  # with its shared memory
         rclpy.try_shutdown()

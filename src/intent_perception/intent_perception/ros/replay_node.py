@@ -181,6 +181,7 @@ def main() -> None:
     """Play the bag that the command line names."""
     options = parse_options(remove_ros_args(sys.argv)[1:])
     rclpy.init()
+    node = None
     try:
         node = ReplayNode(options)
         node.get_logger().info(f"played {node.play()} frames")
@@ -189,4 +190,6 @@ def main() -> None:
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
+        if node is not None:
+            node.destroy_node()  # with its shared memory
         rclpy.try_shutdown()
