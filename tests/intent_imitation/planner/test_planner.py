@@ -180,6 +180,20 @@ def test_an_object_without_library_gets_grasps_that_say_they_are_unshaken(
     assert not any(grasp.shaken for grasp in plan.grasps)
 
 
+def test_objects_without_library_are_prepared_before_they_are_seen(
+    database: ObjectDatabase, library: GraspLibrary
+) -> None:
+    models = [MadeUpModel({"glass": 0.9}) for _ in range(2)]
+    prepared, late = (planner(database, library, model, unshaken=30) for model in models)
+    prepared.prepare()
+    asked = len(models[0].seen)
+    glass = table(database, "glass_0")
+    plans = [planned(which, glass) for which in (prepared, late)]
+    assert asked == len(models[0].seen) > 0  # nothing was left to ask
+    for early, first in zip(plans[0].grasps, plans[1].grasps, strict=True):
+        np.testing.assert_array_equal(early.T_table_hand, first.T_table_hand)
+
+
 def test_only_a_final_posterior_with_a_best_task_is_answered(
     database: ObjectDatabase, library: GraspLibrary
 ) -> None:

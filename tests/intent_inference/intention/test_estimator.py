@@ -139,21 +139,29 @@ def test_a_reach_gives_preliminary_posteriors_until_the_grasp(
     estimator: IntentionEstimator,
 ) -> None:
     for i, distance in enumerate((0.5, 0.45, 0.4, 0.35)):
-        posterior = estimator.step(state_at(distance, stamp=i * 33_000_000))
+        posterior = estimator.step(state_at(distance, stamp=i * 100_000_000))
         assert posterior is not None
         assert posterior.preliminary
         assert posterior.object_id == OBJECT
         assert {"coc", "gbvl", "fvol"} & set(posterior.missing) == {"fvol"}
     assert estimator.step(grasp_of(0)) is not None
-    held = estimator.step(state_at(0.15, stamp=200_000_000))
+    held = estimator.step(state_at(0.15, stamp=500_000_000))
     assert held is not None
     assert not held.preliminary
-    left = estimator.step(state_at(0.45, stamp=400_000_000))
+    left = estimator.step(state_at(0.45, stamp=700_000_000))
     assert left is not None
     assert left.stage == "PUT_BACK"
-    reaching = estimator.step(state_at(0.42, stamp=433_000_000))
+    reaching = estimator.step(state_at(0.42, stamp=733_000_000))
     assert reaching is not None
     assert (reaching.preliminary, reaching.stage) == (True, "REACH")
+
+
+def test_word_of_the_same_reach_is_given_now_and_then(model_file: Path) -> None:
+    states = [state_at(0.5 - 0.02 * i, stamp=i * 33_333_333) for i in range(7)]
+    for period, spoken in ((0.1, [0, 3, 6]), (0.0, list(range(7)))):
+        which = IntentionEstimator(InferenceConfig(model=str(model_file), period=period))
+        said = [which.step(state) for state in states]
+        assert [i for i, word in enumerate(said) if word is not None] == spoken
 
 
 def test_nothing_is_said_without_a_hand_or_far_away(estimator: IntentionEstimator) -> None:
@@ -164,7 +172,8 @@ def test_nothing_is_said_without_a_hand_or_far_away(estimator: IntentionEstimato
 def test_what_was_said_does_not_depend_on_later_frames(model_file: Path) -> None:
     distances = np.linspace(0.5, 0.2, 8)
     states = [state_at(d, stamp=i * 33_000_000) for i, d in enumerate(distances)]
-    short, long = (IntentionEstimator(InferenceConfig(model=str(model_file))) for _ in range(2))
+    config = InferenceConfig(model=str(model_file), period=0.0)
+    short, long = IntentionEstimator(config), IntentionEstimator(config)
     first = [short.step(s) for s in states[:4]]
     second = [long.step(s) for s in states]
     for a, b in zip(first, second, strict=False):

@@ -45,6 +45,11 @@ class HypothesisSource:
         """Return whether the database holds a model."""
         return name in self._models
 
+    def unpractised(self) -> list[str]:
+        """Return the models of a known class of which the library has no grasps."""
+        names = (name for name in self._models.names if name not in self._library.sets)
+        return [name for name in names if self._models[name].object_class]
+
     def model(self, name: str) -> ObjectModel:
         """Return a model of the database."""
         return self._models[name]

@@ -10,6 +10,7 @@ second, and pass over objects without a reachable grasp for the task: the robot 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Lock
 from typing import Literal
 
 import numpy as np
@@ -126,6 +127,7 @@ class GraspPlanner:
         self._source = HypothesisSource(database, library, self._hand, self._config.unshaken)
         self._example = database.example
         self._objects: RecognizedObjects | None = None
+        self._working = Lock()
         self.forget()
         self._chances: dict[tuple[str, str], tuple[Array, Array]] = {}
 
@@ -139,8 +141,20 @@ class GraspPlanner:
         self._objects = objects
         for item in objects.objects:
             if item.object_class and self._source.knows(item.model):
-                self._source.distance(item.model)
-                self._chance(item.model, item.object_class)
+                self._consider(item.model, item.object_class)
+
+    def prepare(self) -> None:
+        """Work out, before any is seen, what is asked of objects that the library does not hold.
+
+        It takes a second for each, and may run in a thread beside the others.
+        """
+        for name in self._source.unpractised():
+            self._consider(name, self._source.model(name).object_class)
+
+    def _consider(self, model: str, object_class: str) -> None:
+        with self._working:
+            self._source.distance(model)
+            self._chance(model, object_class)
 
     def rehearse(self) -> None:
         """Plan on an invented table, so that the first real plan finds everything loaded."""

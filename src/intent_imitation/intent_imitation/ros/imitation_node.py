@@ -1,5 +1,6 @@
 """ROS node: the task and the robot's own table in, object and ranked grasps for the robot out."""
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from intent_msgs import msg as msgs
@@ -16,8 +17,12 @@ from intent_perception.ros.node import (
     declared,
     declared_database,
     run,
+    stand_back,
 )
 from intent_perception.ros.shaped_objects import listen_for_objects
+
+_PREPARING = 10
+"""How far the preparation of objects that nobody has practised with stands back."""
 
 
 class ImitationNode(IntentNode):
@@ -32,6 +37,8 @@ class ImitationNode(IntentNode):
         database = declared_database(self)
         self._planner = GraspPlanner(database, declared(self, PlannerConfig()))
         self._planner.rehearse()
+        self._workshop = ThreadPoolExecutor(1, initializer=lambda: stand_back(_PREPARING))
+        self._workshop.submit(self._planner.prepare)
         self._publisher = LatestResult(self, msgs.GraspPlan, "intent/grasp_plan")
         self.reset()
         listen_for_objects(self, "~/robot_objects", "~/robot_shapes", database, self._on_objects)

@@ -44,6 +44,8 @@ class Contribution:
 
 _AT_AN_END = 0.08
 """A long thing may be held at its end: the palm may be so much farther away [m]."""
+_JITTER = 0.01
+"""Stamps of cameras are early or late by so much [s]."""
 STAGES = ("REACH", *PHASES)
 
 
@@ -142,6 +144,9 @@ class InferenceConfig(Checked):
     """Time constant of the filter over frames while the hand reaches [s], 0.001..10."""
     reach_range: float = ReachConfig.range
     """Gap between hand and object beyond which nothing is said [m], 0..5."""
+    period: float = 0.1
+    """Every frame counts, but of the same reach or motion word is given so often; of another
+    object, stage or best task at once [s]; 0: in every frame; 0..10."""
 
 
 class IntentionEstimator:
@@ -181,6 +186,7 @@ class IntentionEstimator:
         self._affords = np.zeros(len(self._model.tasks))
         self._came_from: Array | None = None
         self._newest = -1
+        self._told: tuple[int, tuple[str | None, ...]] | None = None
 
     def rehearse(self) -> None:
         """Go through an invented grasp, so that the first real one finds everything loaded."""
@@ -194,7 +200,8 @@ class IntentionEstimator:
     def step(self, observation: StableGrasp | SceneState) -> TaskPosterior | None:
         """Return the posterior of a stable grasp or of a frame: of a reach, then of the motion.
 
-        A frame says nothing (None) while no hand is tracked or none is near an object.
+        A frame says nothing (None) while no hand is tracked, while none is near an object, and
+        where it is too much like the one of which word was given last.
         """
         if isinstance(observation, StableGrasp):
             return self._grasped(observation)
@@ -249,7 +256,7 @@ class IntentionEstimator:
 
     def _forecast(
         self, state: SceneState, found: ReachForecast, gaps: dict[str, float]
-    ) -> TaskPosterior:
+    ) -> TaskPosterior | None:
         """Return what the reach says; a lifted object's motion counts before the grasp."""
         name, kind = state.object_ids[found.target], state.object_classes[found.target]
         lifted = self._rests.left(name, state.T_table_objects[found.target])
@@ -265,6 +272,8 @@ class IntentionEstimator:
             intends, stage = self._held.intends(found.log_odds), self._held.stage(found.log_odds)
         else:
             self._held = None
+        if not self._due(state.stamp, name, stage):
+            return None
         return self._posterior(
             state.stamp, name, kind, found.log_odds, found.evidence, intends, stage,
             preliminary=True,
@@ -288,7 +297,18 @@ class IntentionEstimator:
             last, stamp=state.stamp, intends=intends, stage=held.stage(self._affords),
             best=_best(last.tasks, last.above_threshold, intends),
         )  # fmt: skip
+        if not self._due(state.stamp, held.object_id, self._last.stage, self._last.best):
+            return None
         return self._with_motion(self._last)
+
+    def _due(self, stamp: int, *word: str | None) -> bool:
+        """Return whether to give word of a frame: of something else at once, else now and then."""
+        if self._told is not None and self._told[1] == word:
+            elapsed = (stamp - self._told[0]) * 1e-9
+            if elapsed < self._config.period - _JITTER:
+                return False
+        self._told = stamp, word
+        return True
 
     def _follow(self, state: SceneState, held: HeldIntention) -> None:
         index = state.object_ids.index(held.object_id)
