@@ -135,12 +135,12 @@ class GraspPlanner:
         """Take what was recognised on the robot's table; it holds until the next start.
 
         What does not depend on the task is worked out here, each object once: signed distance,
-        features, and what BN^R says of the object and of each of its grasps. Things of no known
-        class wait until nothing else affords a task: theirs takes seconds.
+        features, and what BN^R says of the object and of each of its grasps. What BN^R says of
+        things of no known class waits until nothing else affords a task: theirs takes seconds.
         """
         self._objects = objects
         for item in objects.objects:
-            if item.object_class and self._source.knows(item.model):
+            if self._source.knows(item.model):
                 self._consider(item.model, item.object_class)
 
     def prepare(self) -> None:
@@ -154,7 +154,8 @@ class GraspPlanner:
     def _consider(self, model: str, object_class: str) -> None:
         with self._working:
             self._source.distance(model)
-            self._chance(model, object_class)
+            if object_class:
+                self._chance(model, object_class)
 
     def rehearse(self) -> None:
         """Plan on an invented table, so that the first real plan finds everything loaded."""
