@@ -8,7 +8,7 @@ import pytest
 from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.families.designed_object import DesignedObject, finish
 from intent_perception.objects.model import ObjectModel
-from intent_perception.recognition.detection import DetectorConfig, oriented_scene, table_of
+from intent_perception.recognition.detector_config import DetectorConfig, oriented_scene, table_of
 from intent_perception.recognition.estimation.class_odds import CLASSES, class_odds
 from intent_perception.recognition.estimation.outlines import outline_of
 from intent_perception.recognition.estimation.shape_estimator import (

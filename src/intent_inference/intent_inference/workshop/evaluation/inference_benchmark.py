@@ -1,8 +1,8 @@
 """Command: the figures of inference and of the simulated grasps as JSON.
 
 python -m intent_inference.benchmark
-    [--part tasks|demonstrations|latency|training|simulation|human|motion]
-    [--bags FOLDER …] [--json FILE|-] [--seed S] [--quick]
+    [--part tasks|demonstrations|estimated_shapes|latency|training|simulation|human|motion]
+    [--bags FOLDER …] [--archive FOLDER] [--count N] [--json FILE|-] [--seed S] [--quick]
 """
 
 import argparse
@@ -21,6 +21,7 @@ from intent_inference.network.probability_calibration import sigmoid
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import select_rows
 from intent_inference.workshop.evaluation.demonstration_scores import demonstration_figures
+from intent_inference.workshop.evaluation.estimated_shape_scores import estimated_shape_figures
 from intent_inference.workshop.evaluation.evaluation_report import ReportConfig, evaluation_report
 from intent_inference.workshop.evaluation.human_scores import human_figures
 from intent_inference.workshop.evaluation.motion_scores import motion_figures
@@ -30,7 +31,10 @@ from intent_inference.workshop.training.labelled_table import read_grasps
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.workshop.figures.machine import machine
 
-PARTS = ("tasks", "demonstrations", "latency", "training", "simulation", "human", "motion")
+PARTS = (
+    "tasks", "demonstrations", "estimated_shapes", "latency", "training", "simulation", "human",
+    "motion",
+)  # fmt: skip
 _NO_TASK = {"no_grasp", "unknown_object", "robot_table"}
 """Bags that show no task with an object of the database."""
 _MASKS = {"full": "full", "partial": "partial", "partial_fig5": "partial_fig5"}
@@ -122,6 +126,11 @@ def main(argv: list[str] | None = None) -> int:
         "--bags", type=Path, nargs="*", default=[Path("bags"), Path("bags/generated")],
         help="folders of bags for motion",
     )  # fmt: skip
+    parser.add_argument(
+        "--archive", type=Path, default=Path("out/estimated_shapes"),
+        help="where tracked films of estimated_shapes are kept",
+    )  # fmt: skip
+    parser.add_argument("--count", type=int, default=241, help="films of estimated_shapes")
     parser.add_argument("--quick", action="store_true", help="few trials")
     parser.add_argument("--json", type=output_file, default="-", help="file, - = print")
     arguments = parser.parse_args(argv)
@@ -140,6 +149,12 @@ def main(argv: list[str] | None = None) -> int:
     if "demonstrations" in parts:
         model = load_model(arguments.model) if arguments.model else shipped_model()
         report["demonstrations"] = demonstration_figures(model, SHARE / "data", arguments.seed)
+    if "estimated_shapes" in parts:
+        model = load_model(arguments.model) if arguments.model else shipped_model()
+        count = max(1, arguments.count // 10) if arguments.quick else arguments.count
+        report["estimated_shapes"] = estimated_shape_figures(
+            model, SHARE / "data", arguments.archive, count, arguments.seed
+        )
     if "human" in parts:
         report["human"] = human_figures(arguments.model, arguments.seed)
     if "motion" in parts:
