@@ -111,8 +111,7 @@ def training_figures(data: Path, seed: int) -> dict[str, Any]:
     return {"training_s": time.process_time() - started}
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the command; return its exit status."""
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="intent_inference.benchmark",
         description=__doc__,
@@ -133,7 +132,12 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=241, help="films of estimated_shapes")
     parser.add_argument("--quick", action="store_true", help="few trials")
     parser.add_argument("--json", type=output_file, default="-", help="file, - = print")
-    arguments = parser.parse_args(argv)
+    return parser
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    arguments = _parser().parse_args(argv)
     data = Path(arguments.data)
     parts = (arguments.part,) if arguments.part else PARTS
     report: dict[str, Any] = {
@@ -142,15 +146,15 @@ def main(argv: list[str] | None = None) -> int:
     }
     wall, cpu = time.perf_counter(), time.process_time()
     if "latency" in parts:
-        model = load_model(arguments.model) if arguments.model else shipped_model()
+        model = _model(arguments.model)
         report.update(latency_figures(model, data, 400 if arguments.quick else 4000))
     if "training" in parts:
         report.update(training_figures(data, arguments.seed))
     if "demonstrations" in parts:
-        model = load_model(arguments.model) if arguments.model else shipped_model()
+        model = _model(arguments.model)
         report["demonstrations"] = demonstration_figures(model, SHARE / "data", arguments.seed)
     if "estimated_shapes" in parts:
-        model = load_model(arguments.model) if arguments.model else shipped_model()
+        model = _model(arguments.model)
         count = max(1, arguments.count // 10) if arguments.quick else arguments.count
         report["estimated_shapes"] = estimated_shape_figures(
             model, SHARE / "data", arguments.archive, count, arguments.seed
@@ -158,7 +162,7 @@ def main(argv: list[str] | None = None) -> int:
     if "human" in parts:
         report["human"] = human_figures(arguments.model, arguments.seed)
     if "motion" in parts:
-        model = load_model(arguments.model) if arguments.model else shipped_model()
+        model = _model(arguments.model)
         bags = tuple(_bags_in(arguments.bags))[: 2 if arguments.quick else None]
         report["motion"] = motion_figures(model, SHARE / "data", bags, arguments.seed)
     if "tasks" in parts:
@@ -169,6 +173,11 @@ def main(argv: list[str] | None = None) -> int:
     report["wall_seconds"] = time.perf_counter() - wall
     write_json(arguments.json, report, indent=1)
     return 0
+
+
+def _model(path: str) -> TaskModel:
+    """Return BN^H of a file, the shipped one without."""
+    return load_model(path) if path else shipped_model()
 
 
 def _bags_in(folders: list[Path]) -> Iterator[Path]:
