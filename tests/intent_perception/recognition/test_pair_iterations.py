@@ -5,9 +5,11 @@ import pytest
 
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.candidates import PoseJudge
-from intent_perception.recognition.detection import Detector, DetectorConfig
+from intent_perception.recognition.detection import Detector
+from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.proposal.pair_hypotheses import pair_iterations
+from intent_perception.recognition.proposal.pose_draws import Draws, drawn_poses
 from intent_perception.scene.scene_view import SceneView
 from intent_perception.scene.segmentation import segment
 from intent_perception.workshop.figures.matching import FOUND, pose_error, surface_points
@@ -44,8 +46,10 @@ def test_99_percent_asked_finds_97_percent_at_the_assumed_visibility() -> None:
             scene = tabletop_scene([model], np.random.default_rng(seed))
             image = detector.oriented(scene.frame)
             view = SceneView.of(image, segment(image, detector.table(image)))
+            pixels = int(view.parts.mask.sum())
+            draws = Draws.of(config, len(library), pixels, pixels)
             for run in range(6):
-                slots, _ = detector.generated(view, np.random.default_rng(run))
+                slots, _ = drawn_poses(view, library, config, draws, np.random.default_rng(run))
                 drafter = PoseJudge(library, view, config.tolerance)
                 models, poses = drafter.aligned(*slots.best(config.refined_per_model))
                 errors = [

@@ -10,7 +10,8 @@ import yaml
 from intent_perception.geometry.cloud import read_cloud, view_cloud
 from intent_perception.geometry.transforms import inverse, rotation_angle
 from intent_perception.objects.database import ObjectDatabase
-from intent_perception.recognition.detection import Detector, DetectorConfig
+from intent_perception.recognition.detection import Detector
+from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.workshop.figures.real_scenes import uwa_reference
 

@@ -1,6 +1,7 @@
 """Things that no database holds get a class, a closed shape and a pose from one frame."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,13 +9,14 @@ import pytest
 from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.families.designed_object import DesignedObject, finish
 from intent_perception.objects.model import ObjectModel
-from intent_perception.recognition.detection import DetectorConfig, oriented_scene, table_of
+from intent_perception.recognition.detector_config import DetectorConfig, oriented_scene, table_of
 from intent_perception.recognition.estimation.class_odds import CLASSES, class_odds
 from intent_perception.recognition.estimation.outlines import outline_of
 from intent_perception.recognition.estimation.shape_estimator import (
     EstimatedShape,
     estimated_shapes,
 )
+from intent_perception.recognition.recognizer import things_alone
 from intent_perception.scene.scene_view import SceneView
 from intent_perception.scene.segmentation import segment
 from intent_perception.workshop.scenes.table_scenes import TabletopScene, tabletop_scene
@@ -104,3 +106,22 @@ def test_odds_sum_to_one_and_refuse_other_measures() -> None:
     assert odds.sum() == pytest.approx(1.0)
     with pytest.raises(ValueError, match="fit it anew"):
         class_odds(np.zeros(3))
+
+
+def test_without_any_known_object_everything_is_reported_by_its_shape() -> None:
+    answer = things_alone(alone(made(any_bottle, "bottle", 0), 0).frame)
+    (thing,) = answer.objects
+    assert answer.table_seen
+    assert thing.object_class == "bottle"
+    assert thing.shape is not None
+
+
+def test_of_very_many_things_the_largest_are_looked_at() -> None:
+    scene = alone(made(any_can, "", 0), 0)
+    depth = scene.frame.depth.copy()
+    for column in range(30, 600, 30):  # crumbs all over the table
+        depth[380:394, column : column + 10] -= 0.03
+    answer = things_alone(replace(scene.frame, depth=depth))
+    sizes = [float(np.prod(thing.shape.size)) for thing in answer.objects if thing.shape]
+    assert len(sizes) <= 12
+    assert max(sizes) == pytest.approx(float(np.prod(scene.objects[0].model.size)), rel=0.3)

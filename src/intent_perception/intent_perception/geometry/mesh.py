@@ -145,10 +145,7 @@ def convex_hull(points: ArrayLike) -> Mesh:
         ValueError: if the points lie in one plane.
     """
     points = np.asarray(points, dtype=np.float64)
-    try:
-        hull = ConvexHull(points)
-    except Exception as error:  # scipy's QhullError is a RuntimeError without a public base
-        raise ValueError("expected points that span a volume, got a flat set") from error
+    hull = _hull(points)
     used, index = np.unique(hull.simplices, return_inverse=True)
     faces = index.reshape(-1, 3)
     corners = points[used][faces]
@@ -156,6 +153,22 @@ def convex_hull(points: ArrayLike) -> Mesh:
     inward = np.einsum("ij,ij->i", cross, hull.equations[:, :3]) < 0.0
     faces[inward] = faces[inward][:, ::-1]
     return Mesh.of(points[used], faces)
+
+
+def hull_volume(points: Array) -> float:
+    """Return the volume of the convex hull of points (N, 3) [m³].
+
+    Raises:
+        ValueError: if the points lie in one plane.
+    """
+    return float(_hull(points).volume)
+
+
+def _hull(points: Array) -> ConvexHull:
+    try:
+        return ConvexHull(points)
+    except Exception as error:  # scipy's QhullError is a RuntimeError without a public base
+        raise ValueError("expected points that span a volume, got a flat set") from error
 
 
 def merge_meshes(meshes: list[Mesh]) -> Mesh:

@@ -24,8 +24,10 @@ from intent_perception.geometry.lens import read_lens
 from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import Functions, ObjectModel
-from intent_perception.recognition.detection import Detector, DetectorConfig, Findings
+from intent_perception.recognition.detection import Detector
+from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.recognition.estimation.shape_estimator import EstimatedShape
+from intent_perception.recognition.findings import Findings
 from intent_perception.recognition.overlay import overlay
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.recognizer import RecognizerConfig

@@ -11,18 +11,16 @@ from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import inverse, require_pose
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import ObjectModel
-from intent_perception.recognition.detection import (
-    Detection,
-    Detector,
-    DetectorConfig,
-    Findings,
-    oriented_scene,
-    table_of,
-)
-from intent_perception.recognition.estimation.shape_memory import ShapeMemory
+from intent_perception.recognition.detection import Detector
+from intent_perception.recognition.detector_config import DetectorConfig, oriented_scene, table_of
+from intent_perception.recognition.estimation.shape_estimator import estimated_shapes
+from intent_perception.recognition.estimation.shape_memory import KeptShape, ShapeMemory
+from intent_perception.recognition.findings import Detection, Findings
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.scene_change import ChangeConfig, SceneMemory, centers_of
 from intent_perception.scene.arm_pixels import ArmConfig, arm_pixels
+from intent_perception.scene.scene_view import SceneView
+from intent_perception.scene.segmentation import segment
 from intent_perception.scene.table_plane import TablePlane
 
 _SAME_PLACE = 0.05
@@ -209,19 +207,7 @@ class Recognizer:
         for kept in things:
             if kept.shape.model.name not in self._database:
                 self._database.learn(kept.shape.model)
-        return [
-            RecognizedObject(
-                id=kept.id,
-                model=kept.shape.model.name,
-                object_class=kept.shape.model.object_class,
-                T_table_object=T_frame_table @ kept.shape.T_table_object,
-                confidence=kept.shape.confidence,
-                visible_fraction=kept.shape.likeness.visible,
-                shape=kept.shape.model,
-                revision=kept.revision,
-            )
-            for kept in things
-        ]
+        return [_thing(kept, T_frame_table) for kept in things]
 
     def _object(
         self,
@@ -240,6 +226,21 @@ class Recognizer:
             confidence=detection.confidence,
             visible_fraction=detection.visible_fraction,
         )
+
+
+def _thing(kept: KeptShape, T_frame_table: Array) -> RecognizedObject:
+    """Return a thing as it is reported, in the frame to which T_frame_table (4, 4) leads."""
+    shape = kept.shape
+    return RecognizedObject(
+        id=kept.id,
+        model=shape.model.name,
+        object_class=shape.model.object_class,
+        T_table_object=T_frame_table @ shape.T_table_object,
+        confidence=shape.confidence,
+        visible_fraction=shape.likeness.visible,
+        shape=shape.model,
+        revision=kept.revision,
+    )
 
 
 def _name(
@@ -266,3 +267,17 @@ def table_alone(frame: RgbdFrame, config: DetectorConfig | None = None) -> Recog
     table = table_of(oriented_scene(frame, config), config)
     T_table_camera = np.eye(4) if table is None else table.T_table_camera()
     return RecognizedObjects(frame.stamp, (), T_table_camera)
+
+
+def things_alone(frame: RgbdFrame, config: RecognizerConfig | None = None) -> RecognizedObjects:
+    """Return everything on the table of a frame by its estimated shape, as if none were known."""
+    config = config or RecognizerConfig()
+    image = oriented_scene(frame, config.detection)
+    table = table_of(image, config.detection)
+    if table is None:
+        return RecognizedObjects(frame.stamp, (), np.eye(4))
+    scene = SceneView.of(image, segment(image, table, ~arm_pixels(image, table, config.arm)))
+    rng = np.random.default_rng(config.detection.seed)
+    shapes = estimated_shapes(scene, table.T_table_camera(), rng)
+    things = tuple(_thing(kept, np.eye(4)) for kept in ShapeMemory().named(shapes, set()))
+    return RecognizedObjects(frame.stamp, things, table.T_table_camera())

@@ -14,7 +14,7 @@ from intent_perception.basics.arrays import Array, Floats, Mask
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import transform_points
-from intent_perception.recognition.detection import DetectorConfig, oriented_scene, table_of
+from intent_perception.recognition.detector_config import DetectorConfig, oriented_scene, table_of
 from intent_perception.scene.arm_pixels import ArmConfig, arm_pixels
 from intent_perception.scene.oriented_image import OrientedImage
 from intent_perception.scene.table_plane import TablePlane

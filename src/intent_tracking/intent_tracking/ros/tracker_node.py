@@ -13,7 +13,7 @@ from visualization_msgs.msg import MarkerArray
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.recognition import recognizer as recognized
-from intent_perception.recognition.detection import DetectorConfig
+from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.ros.convert import FrameNames, deletion, header_at, object_markers
 from intent_perception.ros.latest_result import LatestResult
 from intent_perception.ros.node import (

@@ -13,7 +13,7 @@ from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import RgbdFrame, depth_advice
 from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.database import ModelSource, ObjectDatabase
-from intent_perception.recognition.detection import DetectorConfig
+from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.recognition.recognizer import (
     RecognizedObjects,
     Recognizer,

@@ -16,7 +16,7 @@ import io
 import json
 import time
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from itertools import count
 from pathlib import Path
@@ -27,7 +27,10 @@ from joblib import Parallel, delayed
 from intent_inference import SHARE
 from intent_inference.quantisation.grasp_cells import Row
 from intent_inference.workshop.evaluation.shown_people import TIMES
-from intent_inference.workshop.evaluation.tracked_people import tracked_demonstration
+from intent_inference.workshop.evaluation.tracked_people import (
+    TrackedDemonstration,
+    tracked_demonstration,
+)
 from intent_inference.workshop.simulation.labels import TASKS
 from intent_perception.basics.checked_files import read_json
 from intent_perception.basics.progress import ProgressBar
@@ -43,8 +46,8 @@ Demonstration = dict[str, Any]
 def write_tables(made: Iterable[Demonstration], folder: Path) -> None:
     """Write the two tables of demonstrations: their grasps, and the reaches before them."""
     found = [own for own in made if own["grasp"] is not None]
-    _write(folder / "demonstrations.csv.gz", [own["grasp"] for own in found])
-    _write(folder / "reaches.csv.gz", [row for own in found for row in own["reach"]])
+    write_rows(folder / "demonstrations.csv.gz", [own["grasp"] for own in found])
+    write_rows(folder / "reaches.csv.gz", [row for own in found for row in own["reach"]])
 
 
 def enough(grasps: Sequence[Row], count: int, each: int) -> bool:
@@ -64,7 +67,7 @@ def enough(grasps: Sequence[Row], count: int, each: int) -> bool:
     return True
 
 
-def _write(path: Path, rows: list[Row]) -> None:
+def write_rows(path: Path, rows: Sequence[Row]) -> None:
     """Write rows as compressed CSV; equal rows give equal bytes."""
     columns = list(dict.fromkeys(column for row in rows for column in row))
     text = io.StringIO()
@@ -82,14 +85,18 @@ def _rounded(column: str, value: str | float | int) -> bool:
 def _lesson(number: int, first: int, archive: Path) -> list[Demonstration]:
     """Return what one person shows of one object, from the archive where it is there."""
     seeds = range(number * TIMES, (number + 1) * TIMES)
-    return [_demonstration(seed, archive) for seed in seeds if seed >= first]
+    made = tracked_demonstration
+    return [stored_demonstration(seed, archive, made) for seed in seeds if seed >= first]
 
 
-def _demonstration(seed: int, archive: Path) -> Demonstration:
+def stored_demonstration(
+    seed: int, archive: Path, make: Callable[[int], TrackedDemonstration]
+) -> Demonstration:
+    """Return the demonstration of a seed from the archive; it is made where it is not there."""
     path = archive / f"{seed}.json"
     if not path.is_file():
         started = time.process_time()
-        made = tracked_demonstration(seed)
+        made = make(seed)
         write_text(path, json.dumps(asdict(made)))
         seconds = time.process_time() - started
         print(f"{seed}: {made.reason or 'tracked'}, {seconds:.0f} s CPU", flush=True)

@@ -38,10 +38,7 @@ def demonstration_figures(model: TaskModel, folder: Path, seed: int) -> dict[str
     if not path.is_file():
         return None
     table = read_grasps(path, model.tasks)
-    observed = select_variables(table.features, (*OBJECT, *ACTION))
-    deviations = least_deviations(observed, InferenceConfig(), deviations_of(table))
-    probability = model.posterior(observed, deviations)
-    figures = _scores(model, table, probability, seed)
+    figures = task_scores(model, table, seed)
     figures["count"] = table.rows
     figures["pixels"] = "synthetic"
     simulated = folder / "human.csv.gz"
@@ -55,7 +52,17 @@ def demonstration_figures(model: TaskModel, folder: Path, seed: int) -> dict[str
     return figures
 
 
-def _scores(model: TaskModel, table: GraspTable, probability: Array, seed: int) -> dict[str, Any]:
+def task_scores(model: TaskModel, table: GraspTable, seed: int) -> dict[str, Any]:
+    """Return how well the tasks of tracked grasps are told without C.
+
+    Args:
+        model: BN^H.
+        table: the grasps; of one without any feature nothing is observed.
+        seed: of the bootstrap.
+    """
+    observed = select_variables(table.features, (*OBJECT, *ACTION))
+    deviations = least_deviations(observed, InferenceConfig(), deviations_of(table))
+    probability = model.posterior(observed, deviations)
     classes = table.features[OBJECT_CLASS].astype(str)
     rng = np.random.default_rng(seed)
     tasks: dict[str, Any] = {}

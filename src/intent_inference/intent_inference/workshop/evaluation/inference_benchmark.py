@@ -1,8 +1,8 @@
 """Command: the figures of inference and of the simulated grasps as JSON.
 
 python -m intent_inference.benchmark
-    [--part tasks|demonstrations|latency|training|simulation|human|motion]
-    [--bags FOLDER …] [--json FILE|-] [--seed S] [--quick]
+    [--part tasks|demonstrations|estimated_shapes|latency|training|simulation|human|motion]
+    [--bags FOLDER …] [--archive FOLDER] [--count N] [--json FILE|-] [--seed S] [--quick]
 """
 
 import argparse
@@ -21,6 +21,7 @@ from intent_inference.network.probability_calibration import sigmoid
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import select_rows
 from intent_inference.workshop.evaluation.demonstration_scores import demonstration_figures
+from intent_inference.workshop.evaluation.estimated_shape_scores import estimated_shape_figures
 from intent_inference.workshop.evaluation.evaluation_report import ReportConfig, evaluation_report
 from intent_inference.workshop.evaluation.human_scores import human_figures
 from intent_inference.workshop.evaluation.motion_scores import motion_figures
@@ -30,7 +31,10 @@ from intent_inference.workshop.training.labelled_table import read_grasps
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.workshop.figures.machine import machine
 
-PARTS = ("tasks", "demonstrations", "latency", "training", "simulation", "human", "motion")
+PARTS = (
+    "tasks", "demonstrations", "estimated_shapes", "latency", "training", "simulation", "human",
+    "motion",
+)  # fmt: skip
 _NO_TASK = {"no_grasp", "unknown_object", "robot_table"}
 """Bags that show no task with an object of the database."""
 _MASKS = {"full": "full", "partial": "partial", "partial_fig5": "partial_fig5"}
@@ -107,8 +111,7 @@ def training_figures(data: Path, seed: int) -> dict[str, Any]:
     return {"training_s": time.process_time() - started}
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the command; return its exit status."""
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="intent_inference.benchmark",
         description=__doc__,
@@ -122,9 +125,19 @@ def main(argv: list[str] | None = None) -> int:
         "--bags", type=Path, nargs="*", default=[Path("bags"), Path("bags/generated")],
         help="folders of bags for motion",
     )  # fmt: skip
+    parser.add_argument(
+        "--archive", type=Path, default=Path("out/estimated_shapes"),
+        help="where tracked films of estimated_shapes are kept",
+    )  # fmt: skip
+    parser.add_argument("--count", type=int, default=241, help="films of estimated_shapes")
     parser.add_argument("--quick", action="store_true", help="few trials")
     parser.add_argument("--json", type=output_file, default="-", help="file, - = print")
-    arguments = parser.parse_args(argv)
+    return parser
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    arguments = _parser().parse_args(argv)
     data = Path(arguments.data)
     parts = (arguments.part,) if arguments.part else PARTS
     report: dict[str, Any] = {
@@ -133,17 +146,23 @@ def main(argv: list[str] | None = None) -> int:
     }
     wall, cpu = time.perf_counter(), time.process_time()
     if "latency" in parts:
-        model = load_model(arguments.model) if arguments.model else shipped_model()
+        model = _model(arguments.model)
         report.update(latency_figures(model, data, 400 if arguments.quick else 4000))
     if "training" in parts:
         report.update(training_figures(data, arguments.seed))
     if "demonstrations" in parts:
-        model = load_model(arguments.model) if arguments.model else shipped_model()
+        model = _model(arguments.model)
         report["demonstrations"] = demonstration_figures(model, SHARE / "data", arguments.seed)
+    if "estimated_shapes" in parts:
+        model = _model(arguments.model)
+        count = max(1, arguments.count // 10) if arguments.quick else arguments.count
+        report["estimated_shapes"] = estimated_shape_figures(
+            model, SHARE / "data", arguments.archive, count, arguments.seed
+        )
     if "human" in parts:
         report["human"] = human_figures(arguments.model, arguments.seed)
     if "motion" in parts:
-        model = load_model(arguments.model) if arguments.model else shipped_model()
+        model = _model(arguments.model)
         bags = tuple(_bags_in(arguments.bags))[: 2 if arguments.quick else None]
         report["motion"] = motion_figures(model, SHARE / "data", bags, arguments.seed)
     if "tasks" in parts:
@@ -154,6 +173,11 @@ def main(argv: list[str] | None = None) -> int:
     report["wall_seconds"] = time.perf_counter() - wall
     write_json(arguments.json, report, indent=1)
     return 0
+
+
+def _model(path: str) -> TaskModel:
+    """Return BN^H of a file, the shipped one without."""
+    return load_model(path) if path else shipped_model()
 
 
 def _bags_in(folders: list[Path]) -> Iterator[Path]:

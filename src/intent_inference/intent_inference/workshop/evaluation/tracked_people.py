@@ -1,12 +1,13 @@
 """Rendered demonstrations, tracked: what BN^H sees of a person it has never seen (Sec. IV-A).
 
 The tracker follows the frames of a demonstration (`shown`) from the object's true pose with a
-recogniser's error; the grasp detector says when and how the object is held. Labels are those of the
-label rules on the *true* grasp.
+recogniser's error, or knows no more of the object than its first frame shows. The grasp detector
+says when and how the object is held. Labels are those of the label rules on the *true* grasp.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -21,9 +22,12 @@ from intent_perception.geometry.transforms import (
     transform_points,
 )
 from intent_perception.objects.database import ObjectDatabase
-from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
+from intent_perception.recognition.recognizer import (
+    RecognizedObject,
+    RecognizedObjects,
+    things_alone,
+)
 from intent_tracking.grasp.grasp_detector import GraspDetector, StableGrasp
-from intent_tracking.grasp.grasp_features import GraspedShape
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.tracker.tracker import Tracker
 from intent_tracking.workshop.person.acting.script import Script
@@ -49,28 +53,77 @@ class TrackedDemonstration:
     """"" or what went wrong."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Film:
+    """A demonstration from shortly before the hand comes into the picture."""
+
+    shown: Showing
+    script: Script
+    progress: Array
+    """(F,) share of the wrist's way from first motion to touch that is done."""
+    T_table_camera: Array
+    """(4, 4)."""
+    T_true_recognized: Array
+    """(4, 4) a recogniser's error, in the object's frame."""
+    shots: Iterator[Shot]
+
+
 def tracked_demonstration(seed: int) -> TrackedDemonstration:
     """Return one demonstration as the tracker saw it; the seed decides everything."""
     try:
-        shown = showing(seed)
+        filmed = _filmed(seed)
     except ValueError as error:
         return TrackedDemonstration(None, (), f"not shown: {error}")
+    script, model = filmed.script, filmed.shown.target.model
+    start = script.objects[0, 0] @ filmed.T_true_recognized
+    found = RecognizedObject(model.name, model.name, model.object_class, start, 1.0, 1.0)
+    first = next(filmed.shots)
+    objects = RecognizedObjects(first.frame.stamp, (found,), filmed.T_table_camera)
+    reach: list[Row] = []
+    for frame, state, grasp in _track(filmed, first, objects, ObjectDatabase((model,))):
+        if grasp is not None:
+            return TrackedDemonstration(_grasp_row(seed, filmed, frame, grasp), tuple(reach), "")
+        if state.hand_tracked and frame < script.touch_frames[0]:
+            reach.append(_reach_row(seed, filmed, state, frame))
+    return TrackedDemonstration(None, tuple(reach), "grasp not found")
+
+
+def estimated_demonstration(seed: int) -> TrackedDemonstration:
+    """Return the same film tracked by the shape that is estimated from its first frame.
+
+    No object is known: class, mesh, pose, table and Table I all come out of the estimate.
+    """
+    try:
+        filmed = _filmed(seed)
+    except ValueError as error:
+        return TrackedDemonstration(None, (), f"not shown: {error}")
+    first = next(filmed.shots)
+    objects = things_alone(first.frame)
+    shapes = tuple(thing.shape for thing in objects.objects if thing.shape is not None)
+    if not shapes:
+        return TrackedDemonstration(None, (), "no shape estimated")
+    for frame, _, grasp in _track(filmed, first, objects, ObjectDatabase(shapes)):
+        if grasp is not None:
+            return TrackedDemonstration(_grasp_row(seed, filmed, frame, grasp), (), "")
+    return TrackedDemonstration(None, (), "grasp not found")
+
+
+def _filmed(seed: int) -> _Film:
+    """Return the film of a seed.
+
+    Raises:
+        ValueError: if the person found no comfortable grasp.
+    """
+    shown = showing(seed)
     rng = np.random.default_rng([seed, 20_002])
     scene = sample_set(rng, shown.script.edge)
     first = max(0, _entrance(shown, scene) - _BEFORE)
     script = _from(shown.script, first)
-    geometry = shown.target.geometry
-    share = _progress(shown.script)[first:]
-    reach: list[Row] = []
+    turn = rotation_from_vector(rng.normal(0.0, _ANGLE_ERROR, 3))
+    error = make_pose(turn, rng.normal(0.0, _POSITION_ERROR, 3))
     shots = film(script, shown.skin, scene, rng)
-    for frame, state, grasp in _track(shown, script, shots, scene.T_table_camera, rng):
-        if grasp is not None:
-            row = _grasp_row(seed, shown, grasp)
-            row["delay"] = frame - script.grasp_frames[0]
-            return TrackedDemonstration(row, tuple(reach), "")
-        if state.hand_tracked and frame < script.touch_frames[0]:
-            reach.append(_reach_row(seed, geometry, state, float(share[frame])))
-    return TrackedDemonstration(None, tuple(reach), "grasp not found")
+    progress = _progress(shown.script)[first:]
+    return _Film(shown, script, progress, scene.T_table_camera, error, shots)
 
 
 def _entrance(shown: Showing, scene: Set) -> int:
@@ -101,22 +154,21 @@ def _from(script: Script, first: int) -> Script:
 
 
 def _track(
-    shown: Showing, script: Script, shots: Iterator[Shot], T_table_camera: Array,
-    rng: np.random.Generator,
-) -> Iterator[tuple[int, SceneState, StableGrasp | None]]:  # fmt: skip
-    """Yield frame number, tracked state and the grasp, if it was found in that frame."""
-    error = make_pose(
-        rotation_from_vector(rng.normal(0.0, _ANGLE_ERROR, 3)), rng.normal(0.0, _POSITION_ERROR, 3)
-    )
-    start, model = script.objects[0, 0] @ error, shown.target.model
-    tracker = Tracker({model.name: model})
-    detector = GraspDetector(ObjectDatabase((model,)))
-    for frame, shot in enumerate(shots):
-        if frame > script.grasp_frames[0] + _AFTER:
+    filmed: _Film, first: Shot, objects: RecognizedObjects, models: ObjectDatabase
+) -> Iterator[tuple[int, SceneState, StableGrasp | None]]:
+    """Yield frame number, tracked state and the grasp, if it was found in that frame.
+
+    Args:
+        filmed: the demonstration.
+        first: its first frame, which is taken from it already.
+        objects: what is recognised in that.
+        models: of these objects.
+    """
+    tracker, detector = Tracker(models), GraspDetector(models)
+    tracker.start(objects)
+    for frame, shot in enumerate(chain([first], filmed.shots)):
+        if frame > filmed.script.grasp_frames[0] + _AFTER:
             return
-        if frame == 0:
-            found = RecognizedObject(model.name, model.name, model.object_class, start, 1.0, 1.0)
-            tracker.start(RecognizedObjects(shot.frame.stamp, (found,), T_table_camera))
         state = tracker.step(shot.frame)
         yield frame, state, detector.step(state)
 
@@ -129,8 +181,9 @@ def _progress(script: Script) -> Array:
     return way / max(float(way[touch]), 1e-9)
 
 
-def _grasp_row(seed: int, shown: Showing, grasp: StableGrasp) -> Row:
+def _grasp_row(seed: int, filmed: _Film, frame: int, grasp: StableGrasp) -> Row:
     """Return the tracked features, their deviations and the true grasp's labels."""
+    shown = filmed.shown
     row: Row = {
         "demonstration": str(seed),
         "object_id": shown.target.model.name,
@@ -142,10 +195,12 @@ def _grasp_row(seed: int, shown: Showing, grasp: StableGrasp) -> Row:
         row[name] = "" if afforded is None else int(afforded)
     deviations = feature_cells(grasp.std)
     row.update({f"std_{n}": v for n, v in deviations.items() if n != "object_class"})
+    row["delay"] = frame - filmed.script.grasp_frames[0]
     return row
 
 
-def _reach_row(seed: int, geometry: GraspedShape, state: SceneState, progress: float) -> Row:
+def _reach_row(seed: int, filmed: _Film, state: SceneState, frame: int) -> Row:
+    geometry, progress = filmed.shown.target.geometry, float(filmed.progress[frame])
     row: Row = {"demonstration": str(seed), "progress": progress, "stamp": state.stamp * 1e-9}
     palm = transform_points(state.T_table_hand, palm_of(state.hand_side))
     row["gap"] = palm_gap(geometry, state.T_table_objects[0], palm)

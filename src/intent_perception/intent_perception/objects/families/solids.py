@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from intent_perception.basics.arrays import Array
-from intent_perception.geometry.mesh import Mesh, convex_hull
+from intent_perception.geometry.mesh import Mesh, convex_hull, hull_volume
 from intent_perception.objects.model import Part
 
 SEGMENTS = 48
@@ -94,17 +94,17 @@ def loft(rings: Array) -> Mesh:
 
 def loft_parts(name: str, rings: Array, gain: float = 0.015) -> list[Part]:
     """Return convex parts of a loft: as many rings in one hull as add less than gain to it."""
+    between = [loft(rings[k : k + 2]).volume for k in range(len(rings) - 1)]
     parts: list[Part] = []
     start = 0
     while start < len(rings) - 1:
         end = start + 1
-        hull = convex_hull(rings[start : end + 1].reshape(-1, 3))
         while end + 1 < len(rings):
-            longer = convex_hull(rings[start : end + 2].reshape(-1, 3))
-            if longer.volume > (1.0 + gain) * loft(rings[start : end + 2]).volume:
+            longer = rings[start : end + 2].reshape(-1, 3)
+            if hull_volume(longer) > (1.0 + gain) * sum(between[start : end + 1]):
                 break
-            end, hull = end + 1, longer
-        parts.append(Part(name, hull))
+            end += 1
+        parts.append(Part(name, convex_hull(rings[start : end + 1].reshape(-1, 3))))
         start = end
     return parts
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Mask
+from intent_perception.basics.kernels import exact_kernel
 
 Indices = NDArray[np.int64]
 
@@ -93,14 +94,21 @@ def slices_of(heights: Array, low: float, high: float) -> tuple[Indices, int]:
     return np.clip(((heights - low) / step).astype(np.int64), 0, count - 1), count
 
 
+@exact_kernel
 def slice_medians(values: Array, index: Indices, count: int) -> Array:
     """Return the median of the values in each slice, NaN where there is none."""
+    sizes = np.zeros(count + 1, np.int64)
+    for k in index:
+        sizes[k + 1] += 1
+    starts = np.cumsum(sizes)
+    free, grouped = starts.copy(), np.empty_like(values)
+    for value, k in zip(values, index):  # noqa: B905 - kernels know no `strict`
+        grouped[free[k]] = value
+        free[k] += 1
     medians = np.full(count, np.nan)
-    order = np.argsort(index, kind="stable")
-    starts = np.searchsorted(index[order], np.arange(count + 1))
     for k in range(count):
-        if starts[k + 1] > starts[k]:
-            medians[k] = np.median(values[order[starts[k] : starts[k + 1]]])
+        if sizes[k + 1] > 0:
+            medians[k] = np.median(grouped[starts[k] : starts[k + 1]])
     return medians
 
 

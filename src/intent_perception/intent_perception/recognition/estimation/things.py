@@ -15,6 +15,8 @@ _LEAST_IN_CELL = 2
 """Fewer points in a cell fly at an edge."""
 _SMALLEST = 60
 """Fewer pixels are noise."""
+_MOST_THINGS = 12
+"""The largest of a scene, each of which takes time: crumbs and noise may be hundreds."""
 _MOST = 1400
 """Points of a thing that fits look at."""
 _LEAST_HEIGHT = 0.010
@@ -72,7 +74,7 @@ class SeenThing:
 
 
 def things_in(scene: SceneView, T_table_camera: Array, rng: np.random.Generator) -> list[SeenThing]:
-    """Return the things of a scene with a table, those nearest to the image's middle first.
+    """Return the things of a scene with a table, the largest if there are very many.
 
     Args:
         scene: with the pixels that may be objects.
@@ -80,10 +82,14 @@ def things_in(scene: SceneView, T_table_camera: Array, rng: np.random.Generator)
         rng: chooses the points of each.
     """
     labels, count = _apart(scene, T_table_camera)
+    sizes = np.bincount(labels.ravel(), minlength=count)
+    sizes[0] = 0  # no thing
+    large = np.flatnonzero(sizes >= _SMALLEST)
+    large = np.sort(large[np.argsort(-sizes[large], kind="stable")[:_MOST_THINGS]])
     found = []
-    for number in range(1, count):
+    for number in large:
         mask = labels == number
-        if mask.sum() >= _SMALLEST and not _reached_for(scene, mask):
+        if not _reached_for(scene, mask):
             thing = thing_of(scene, mask, T_table_camera, rng)
             flat = thing.height >= _FLATTEST and len(thing.flat) >= _MUCH_FLAT
             if thing.height >= _LEAST_HEIGHT or flat:

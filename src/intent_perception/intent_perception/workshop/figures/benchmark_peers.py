@@ -14,7 +14,8 @@ from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import transform_points
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import ObjectModel
-from intent_perception.recognition.detection import Detector, DetectorConfig
+from intent_perception.recognition.detection import Detector
+from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.scene.segmentation import segment
 from intent_perception.workshop.figures.benchmark_plan import (

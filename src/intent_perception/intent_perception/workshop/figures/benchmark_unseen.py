@@ -17,7 +17,8 @@ from intent_perception.geometry.rendering import render
 from intent_perception.geometry.transforms import inverse
 from intent_perception.objects.database import OBJECT_CLASSES, ObjectDatabase
 from intent_perception.objects.model import ObjectModel
-from intent_perception.recognition.detection import Detector, DetectorConfig
+from intent_perception.recognition.detection import Detector
+from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.recognition.overlay import overlay
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.recognizer import RecognizerConfig

@@ -14,7 +14,7 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.safe_files import write_arrays
-from intent_perception.recognition.detection import DetectorConfig, oriented_scene, table_of
+from intent_perception.recognition.detector_config import DetectorConfig, oriented_scene, table_of
 from intent_perception.recognition.estimation.belongings import readings_of
 from intent_perception.recognition.estimation.class_odds import CLASSES, FITTED
 from intent_perception.scene.scene_view import SceneView

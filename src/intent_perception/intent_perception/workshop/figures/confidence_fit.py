@@ -30,7 +30,8 @@ from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import OBJECT_CLASSES, ObjectModel
 from intent_perception.recognition.confidence import FEATURES, FITTED, SIGNS
-from intent_perception.recognition.detection import Detector, DetectorConfig
+from intent_perception.recognition.detection import Detector
+from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.recognizer import RecognizerConfig
 from intent_perception.workshop.figures.scoring import Claim, expected_calibration_error, judge

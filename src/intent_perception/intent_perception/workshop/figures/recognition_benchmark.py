@@ -21,7 +21,8 @@ from intent_perception.basics.safe_files import output_file, write_text
 from intent_perception.geometry.cloud import read_cloud, view_cloud
 from intent_perception.geometry.coded_images import write_picture
 from intent_perception.objects.database import ObjectDatabase
-from intent_perception.recognition.detection import Detector, DetectorConfig
+from intent_perception.recognition.detection import Detector
+from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.recognition.overlay import overlay
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.recognizer import RecognizerConfig

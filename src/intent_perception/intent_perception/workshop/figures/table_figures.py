@@ -8,7 +8,7 @@ import numpy as np
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.coded_images import write_picture
 from intent_perception.objects.database import ObjectDatabase
-from intent_perception.recognition.detection import DetectorConfig, oriented_scene, table_of
+from intent_perception.recognition.detector_config import DetectorConfig, oriented_scene, table_of
 from intent_perception.workshop.figures.benchmark_plan import Plan
 from intent_perception.workshop.scenes.table_views import TableView, table_views
 
