@@ -141,7 +141,7 @@ def main(argv: list[str] | None = None) -> int:
         model = load_model(arguments.model) if arguments.model else shipped_model()
         report["demonstrations"] = demonstration_figures(model, SHARE / "data", arguments.seed)
     if "human" in parts:
-        report["human"] = human_figures(arguments.model, arguments.seed)
+        report["human"] = human_figures(arguments.model, data, arguments.seed)
     if "motion" in parts:
         model = load_model(arguments.model) if arguments.model else shipped_model()
         bags = tuple(_bags_in(arguments.bags))[: 2 if arguments.quick else None]
