@@ -16,6 +16,13 @@ def test_habits_shift_the_priors_of_their_class_alone() -> None:
     np.testing.assert_array_equal(after.of("glass", TASKS), before.of("glass", TASKS))
 
 
+def test_habits_seen_one_after_the_other_count_as_if_seen_together() -> None:
+    shown = [("mug", "hand-over")] * 7
+    apart = ClassPriors({}).after(shown[:3], TASKS).after(shown[3:], TASKS)
+    together = ClassPriors({}).after(shown, TASKS)
+    np.testing.assert_allclose(apart.of("mug", TASKS), together.of("mug", TASKS))
+
+
 def test_priors_of_a_person_are_read_back(tmp_path: Path) -> None:
     habits = ClassPriors({}).after([("mug", "pouring")], TASKS)
     habits.save(tmp_path / "person.yaml")

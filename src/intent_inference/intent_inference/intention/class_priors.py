@@ -59,7 +59,8 @@ class ClassPriors:
         """
         weights = {kind: dict(own) for kind, own in self.weights.items()}
         for kind in dict.fromkeys(kind for kind, _ in shown):
-            before = _TRUST * np.exp(self.of(kind, tasks))
+            counted = max(_TRUST, sum(self.weights.get(kind, {}).values()))
+            before = counted * np.exp(self.of(kind, tasks))
             weights[kind] = dict(zip((*tasks, NOTHING), before.tolist(), strict=True))
         for kind, task in shown:
             weights[kind][task] += 1.0
