@@ -1,15 +1,17 @@
 """True motions of demonstrations, from the first touch on: they are filmed up to the grasp only."""
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from intent_inference.workshop.evaluation.shown_people import showing
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import vector_from_pose
 
 
-def shown_motions(seeds: Iterable[int]) -> dict[str, Array]:
+def shown_motions(seeds: Iterable[int]) -> dict[str, NDArray[Any]]:
     """Return the motions of demonstrations, left out where nobody shows anything.
 
     Args:

@@ -57,10 +57,11 @@ def features_of_cells(cells: dict[str, Any]) -> GraspFeatures:
     names = [field.name for field in fields(GraspFeatures)]
     if missing := [name for name in names if name not in cells]:
         raise ValueError(f"expected the features of a grasp, {missing} are missing")
-    features = GraspFeatures(**{
+    values: dict[str, Any] = {
         name: cells[name] if name == "object_class" or cells[name] is None
         else np.asarray(cells[name], dtype=np.float64)
         for name in names
-    })  # fmt: skip
+    }  # fmt: skip
+    features = GraspFeatures(**values)
     check_features(features)
     return features
