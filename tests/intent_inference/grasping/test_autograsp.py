@@ -12,7 +12,7 @@ from intent_inference.grasping.contacts import (
     touching,
 )
 from intent_inference.grasping.grasp_candidates import CandidateSource
-from intent_inference.grasping.grasp_hypotheses import GraspHypothesis, approaches
+from intent_inference.grasping.grasp_hypotheses import GraspHypothesis, approaches, rim_approaches
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.grasping.urdf import table_from_urdf, urdf_text
@@ -129,6 +129,18 @@ def test_a_tool_is_on_its_handle_where_the_handle_is_nearest(database):
     low, high = target.geometry.points[handle][0], target.functional_points[0]
     assert target.on_handle(low)
     assert not target.on_handle(high)
+
+
+def test_rims_are_pinched_through_the_wall_from_above(database):
+    opening = database["mug_0"].functions.opening
+    found = rim_approaches(opening, GraspingHand.load("human"))
+    assert found
+    for approach in found:
+        assert approach.closing @ opening.normal == pytest.approx(0.0, abs=1e-9)
+        lateral = approach.box.center - opening.center
+        lateral -= (lateral @ opening.normal) * opening.normal
+        assert np.linalg.norm(lateral) == pytest.approx(opening.radius)
+    assert not rim_approaches(opening, GraspingHand.load("schunk"))
 
 
 def pinch(friction_height=0.0):

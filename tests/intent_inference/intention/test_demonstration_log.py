@@ -1,16 +1,18 @@
 """Shown grasps become rows that `train add` takes, and timelines."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.support.demo_records import record
 
+from intent_inference.intention.class_priors import ClassPriors
 from intent_inference.intention.demonstration_log import DemonstrationLog
 from intent_inference.network.model_file import load_model, save_model, shipped_model
 from intent_inference.workshop.training import train_command
 from intent_inference.workshop.training.labelled_table import read_grasps
+from intent_perception.basics.safe_files import write_json
 from intent_perception.objects.database import ObjectDatabase
 from intent_tracking.grasp.grasp_detector import StableGrasp
 from intent_tracking.grasp.grasp_features import GraspFeatures
@@ -43,6 +45,19 @@ def test_train_add_takes_the_table(tmp_path: Path) -> None:
     save_model(shipped_model(), model)
     assert train_command.main(["add", "--model", str(model), "--data", str(path)]) == 0
     assert load_model(model).description["added"] == "1"
+
+
+def test_train_add_takes_what_observe_wrote_and_a_persons_habits(tmp_path: Path) -> None:
+    seen, model, habits = (tmp_path / name for name in ("seen.json", "person.npz", "person.yaml"))
+    features = {name: np.asarray(v).tolist() for name, v in asdict(grasp().features).items()}
+    write_json(seen, {"grasps": [{"features": features}], "timeline": []})
+    save_model(shipped_model(), model)
+    command = ["add", "--model", str(model), "--data", str(seen), "--shown", "hand-over"]
+    assert train_command.main([*command, "--person-priors", str(habits)]) == 0
+    assert load_model(model).description["added"] == "1"
+    usual, own = (priors.of("mug", ("hand-over",)) for priors in
+                  (ClassPriors({}), ClassPriors.load(habits)))  # fmt: skip
+    assert own[0] > usual[0]
 
 
 def test_the_last_row_can_be_taken_back(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from intent_inference.grasping.grasp_hypotheses import (
     HypothesisConfig,
     HypothesisSampler,
     approaches,
+    rim_approaches,
 )
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
@@ -59,8 +60,11 @@ class CandidateSource:
         choices = [
             choice
             for choice in approaches(self.target.geometry.boxes, self.hand)
-            if not choice.preshape.loop or self.target.is_loop(choice.box)
+            if choice.preshape.place != "loop" or self.target.is_loop(choice.box)
         ]
+        functions = self.target.model.functions
+        if functions is not None and functions.opening is not None:
+            choices += rim_approaches(functions.opening, self.hand)
         self.sampler: HypothesisSampler | None = None
         self.draws = np.zeros(len(choices))
         self._limits = [choice.preshape.residual or self.filter.residual for choice in choices]

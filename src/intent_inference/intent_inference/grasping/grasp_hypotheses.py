@@ -11,10 +11,15 @@ from intent_perception.basics.arrays import Array
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.boxes import Box
 from intent_perception.geometry.transforms import rotation_from_vector
+from intent_perception.objects.model import Opening
 
 _FREE = 0.004
 """A face is free if the point this far in front of its centre lies in no other box [m]."""
 
+_SPOKES = 12
+"""Places around a rim that are taken."""
+_RIM = (0.003, 0.010, 0.012)
+"""Half edges of such a place: through the wall, along it, down from the rim [m]."""
 _NEAR_MASS, _NEAR_MASS_SHARE = 0.015, 0.8
 """Spread around the centre of mass [m] of this share of the pinches that prefer it."""
 
@@ -79,10 +84,37 @@ def approaches(boxes: Sequence[Box], hand: GraspingHand) -> list[GraspApproach]:
                     found += [
                         GraspApproach(preshape, box, normal, closing)
                         for preshape in hand.preshapes
-                        if 2.0 * box.half_size[across] <= preshape.widest
+                        if preshape.place != "rim"
+                        and 2.0 * box.half_size[across] <= preshape.widest
                         and 2.0 * box.half_size[axis] <= preshape.thickest
                     ]
     return found
+
+
+def rim_approaches(opening: Opening, hand: GraspingHand) -> list[GraspApproach]:
+    """Return the ways into an opening whose rim is pinched, thumb outside or inside."""
+    found = []
+    for preshape in hand.preshapes:
+        if preshape.place != "rim":
+            continue
+        for out in _spokes(opening.normal):
+            rotation = np.stack([out, np.cross(opening.normal, out), opening.normal], axis=1)
+            middle = opening.center + opening.radius * out - _RIM[2] * opening.normal
+            box = Box(middle, rotation, np.array(_RIM))
+            found += [
+                GraspApproach(preshape, box, opening.normal, sign * out) for sign in (-1.0, 1.0)
+            ]
+    return found
+
+
+def _spokes(normal: Array) -> Array:
+    """Return unit vectors (N, 3) all around an axis (3,)."""
+    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    first = first / np.linalg.norm(first)
+    turns = np.arange(_SPOKES) * 2.0 * np.pi / _SPOKES
+    return np.asarray(
+        np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * np.cross(normal, first)
+    )
 
 
 class HypothesisSampler:

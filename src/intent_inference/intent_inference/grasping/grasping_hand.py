@@ -83,8 +83,8 @@ class Preshape:
     """Factor on the spread of roll and tilt."""
     near_mass: bool
     """Whether places near the centre of mass are preferred."""
-    loop: bool
-    """Whether it needs a loop to go through: the handle of a vessel."""
+    place: Literal["face", "loop", "rim"]
+    """What it takes: a box face, the loop of a vessel's handle, the rim of an opening."""
     residual: float | None
     """Limit of the static filter, see `FilterConfig`, where the first contacts say little."""
     open: Array
@@ -174,6 +174,8 @@ class GraspingHand:
         for shape in self.preshapes:
             if shape.stop not in ("contact", "center"):
                 raise ValueError(f"pre-shape {shape.name}: expected stop contact or center")
+            if shape.place not in ("face", "loop", "rim"):
+                raise ValueError(f"pre-shape {shape.name}: expected place face, loop or rim")
             spans = (*shape.depth, *shape.offset, shape.side, shape.jitter, shape.weight)
             lengths = np.array([shape.widest, shape.thickest, *shape.center])
             if not np.all(np.abs([*spans, *lengths, *shape.rates]) <= _LARGEST_SPAN) or not (
@@ -284,7 +286,7 @@ def _preshape(table: JointTable, entry: dict[str, Any]) -> Preshape:
         float(entry.get("thickest", 1.0)),
         float(entry.get("jitter", 1.0)),
         bool(entry.get("near_mass", False)),
-        bool(entry.get("loop", False)),
+        entry.get("place", "face"),
         float(entry["residual"]) if "residual" in entry else None,
         np.clip(posture, table.limits[:, 0], table.limits[:, 1]),
         _posture(table, entry["rates"]),

@@ -1,13 +1,16 @@
 """How often people mean each task with an object of a class, before anything is seen."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import yaml
 
 from intent_inference.motion.motion_network import NOTHING
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.checked_files import read_yaml
+from intent_perception.basics.safe_files import write_text
 
 ANY = "any"
 _OWN_PURPOSE = {
@@ -16,8 +19,10 @@ _OWN_PURPOSE = {
 }
 _OWN_WEIGHT = 2.0
 """Of what a thing is made for, against any other task."""
-_NOTHING_WEIGHT = 0.5
+_NOTHING_WEIGHT = 0.65
 """Of no task at all against each single task: people take things mostly to use them."""
+_TRUST = 5.0
+"""The priors weigh as much as so many demonstrations of one person."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,26 @@ class ClassPriors:
                     raise ValueError(f"{path}: expected a weight above 0 of {task}, got {weight!r}")
             weights[str(kind)] = {str(task): float(weight) for task, weight in own.items()}
         return cls(weights)
+
+    def after(self, shown: Sequence[tuple[str, str]], tasks: tuple[str, ...]) -> "ClassPriors":
+        """Return the priors of a person who was seen to mean something, one count each.
+
+        Args:
+            shown: object class and task of each demonstration.
+            tasks: T tasks of the model.
+        """
+        weights = {kind: dict(own) for kind, own in self.weights.items()}
+        for kind in dict.fromkeys(kind for kind, _ in shown):
+            counted = max(_TRUST, sum(self.weights.get(kind, {}).values()))
+            before = counted * np.exp(self.of(kind, tasks))
+            weights[kind] = dict(zip((*tasks, NOTHING), before.tolist(), strict=True))
+        for kind, task in shown:
+            weights[kind][task] += 1.0
+        return ClassPriors(weights)
+
+    def save(self, path: Path) -> None:
+        """Write the weights as `load` reads them."""
+        write_text(path, yaml.safe_dump(self.weights, sort_keys=False))
 
     def of(self, object_class: str, tasks: tuple[str, ...]) -> Array:
         """Return log p(meaning) (T + 1,) of the tasks and, last, of none of these."""

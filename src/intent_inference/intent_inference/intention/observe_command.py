@@ -61,7 +61,10 @@ def observed(scene: ObservedScene, estimator: IntentionEstimator) -> dict[str, A
         if grasp is not None:
             posterior = estimator.step(grasp)
             assert posterior is not None
-            grasps.append({**_said(posterior), "features": _cells(grasp.features)})
+            grasps.append({
+                **_said(posterior), "unknown_score": posterior.unknown_score,
+                "features": _cells(grasp.features),
+            })  # fmt: skip
             timeline.append(_said(posterior))
             continue
         posterior = estimator.step(state)

@@ -22,7 +22,7 @@ distance from the person's body [m], turn of the axis that was upright [rad], sp
 [m/s], turning speed [rad/s], upward and outward velocity [m/s], reversals of direction in the
 last second, of the turn too, and horizontal distance to the nearest other object [m],
 NaN without one."""
-_EDGES = {
+CENTERS = {
     "height": (0.0, 0.03, 0.08, 0.16, 0.28, 0.42, 0.60),
     "out": (-0.45, -0.25, -0.10, 0.0, 0.10, 0.25, 0.45),
     "across": (-0.50, -0.25, -0.10, 0.0, 0.10, 0.25, 0.50),
@@ -37,7 +37,7 @@ _EDGES = {
     "other": (0.0, 0.08, 0.16, 0.3),
 }
 """Centres of the cells."""
-CELLS = tuple(len(_EDGES[name]) for name in MEASURES)
+CELLS = tuple(len(CENTERS[name]) for name in MEASURES)
 STATES = max(CELLS)
 BODY = 0.50
 """The person's body is about this far from where the object rested [m]."""
@@ -143,7 +143,7 @@ def shares(measures: Array) -> Array:
     """
     result = np.zeros((len(MEASURES), STATES))
     for row, name in enumerate(MEASURES):
-        value, centers = float(measures[row]), _EDGES[name]
+        value, centers = float(measures[row]), CENTERS[name]
         if value != value:
             continue
         above = 0

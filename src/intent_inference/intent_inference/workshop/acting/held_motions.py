@@ -18,6 +18,8 @@ from intent_perception.geometry.transforms import make_pose, rotation_from_vecto
 GRASP, TRANSPORT, ACT, BACK = range(len(PHASES))
 _JITTER, _JITTER_TURN = 0.002, 0.02
 """Of a tracked object [m], [rad]."""
+_USUAL_PACE = -0.2
+"""Logarithm of the median factor on all durations."""
 _FACING = 0.4
 """Error of the direction away from the person, as a forearm tells it [rad]."""
 
@@ -27,6 +29,8 @@ class Motion:
     """One demonstration after contact."""
 
     kind: str
+    manner: str
+    """How this person moves: the network has a component for each kind in each manner."""
     poses: Array
     """(F, 4, 4) of the object."""
     phases: Array
@@ -52,12 +56,14 @@ class _Stage:
 
     def __init__(self, rng: np.random.Generator) -> None:
         self.rng = rng
-        self.pace = float(np.exp(rng.normal(-0.2, 0.35)))
+        self.pace = float(np.exp(rng.normal(_USUAL_PACE, 0.35)))
         self.size = float(rng.uniform(0.75, 1.3))
         self.body = float(rng.uniform(0.30, 0.70))
         """How far behind the object the person is [m]."""
         self.upright = bool(rng.random() < 0.5)
         """A full vessel is kept upright; other things are turned at will."""
+        self.steady = bool(rng.random() < 0.5)
+        """Some carry things as they stood, others turn them on the way."""
         self.mouth = float(rng.uniform(0.22, 0.80))
         """How high above the object: people sit at tables or stand before them [m]."""
         self.other = np.full(2, np.nan)
@@ -67,6 +73,12 @@ class _Stage:
         self.poses: list[Array] = []
         self.phases: list[int] = []
         self.rest(rng.uniform(0.0, 0.5), GRASP)
+
+    @property
+    def manner(self) -> str:
+        """How this person moves things."""
+        pace = "quick" if self.pace < np.exp(_USUAL_PACE) else "slow"
+        return f"{'steady' if self.steady else 'turning'}, {pace}"
 
     def rest(self, seconds: float, phase: int) -> None:
         """Stay for so long."""
@@ -92,7 +104,7 @@ class _Stage:
     def carry(self, out: Array, tilt: Array, phase: int = TRANSPORT) -> None:
         """Lift and carry to an offset (3,) with a turn, at a person's pace."""
         way = float(np.linalg.norm(out - self.place))
-        seconds = self.pace * self.rng.uniform(0.45, 0.8) * (0.6 + 1.6 * way)
+        seconds = self.pace * self.rng.uniform(0.45, 1.0) * (0.6 + 1.6 * way)
         if self.rng.random() < 0.3:  # first straight up
             up = self.place.copy()
             up[2] += self.rng.uniform(0.3, 1.0) * max(out[2], 0.04)
@@ -138,13 +150,18 @@ def _tilt(s: _Stage, low: float, high: float, towards: float | None = None) -> A
     angle = np.radians(s.rng.uniform(low, high))
     lean = s.rng.uniform(0.0, 2.0 * np.pi) if towards is None else towards + s.rng.normal(0.0, 0.5)
     axis = np.array([-np.sin(lean), np.cos(lean), 0.0])
-    spin = np.array([0.0, 0.0, s.rng.normal(0.0, 0.5)])
+    spin = np.array([0.0, 0.0, s.rng.normal(0.0, 0.08 if s.steady else 0.5)])
     return np.asarray(rotation_from_vector(axis * angle) @ rotation_from_vector(spin))
 
 
 def _turned(s: _Stage) -> Array:
-    """Return a turn of something that is not used yet."""
+    """Return a turn of something that is shown or given, not used yet."""
     return _tilt(s, 0, 40) if s.upright else _tilt(s, 0, 150)
+
+
+def _given(s: _Stage) -> Array:
+    """Return a turn of something on its way to somebody."""
+    return _tilt(s, 0, 8) if s.steady else _turned(s)
 
 
 def _face(s: _Stage) -> Array:
@@ -189,8 +206,18 @@ def _pass(s: _Stage) -> None:
     reach = s.size * s.rng.uniform(0.50, 0.85)
     height = s.rng.uniform(0.02, 1.0) * min(s.mouth, 0.65)
     there = np.array([reach * np.cos(side) - s.body, reach * np.sin(side), height])
-    s.carry(there, _turned(s))
+    s.carry(there, _given(s))
     s.rest(s.rng.uniform(0.6, 3.0), ACT)
+    if s.rng.random() < 0.4:
+        s.back()
+
+
+def _offer(s: _Stage) -> None:
+    # Somebody near takes it: a short way out, low over the table, held there.
+    side, way = s.rng.normal(0.0, 0.7), s.size * s.rng.uniform(0.07, 0.35)
+    there = np.array([way * np.cos(side), way * np.sin(side), s.size * s.rng.uniform(0.03, 0.28)])
+    s.carry(there, _given(s))
+    s.rest(s.rng.uniform(0.5, 3.0), ACT)
     if s.rng.random() < 0.4:
         s.back()
 
@@ -269,6 +296,7 @@ def _lift(s: _Stage) -> None:
 
 KINDS: dict[str, tuple[str, Callable[[_Stage], None]]] = {
     "pass": ("hand-over", _pass),
+    "offer": ("hand-over", _offer),
     "to the other hand": ("hand-over", _offhand),
     "pour": ("pouring", _pour),
     "wash": ("dish-washing", _wash),
@@ -290,4 +318,6 @@ def held_motion(kind: str, rng: np.random.Generator) -> Motion:
     stage = _Stage(rng)
     KINDS[kind][1](stage)
     facing = float(rng.normal(0.0, _FACING))
-    return Motion(kind, np.array(stage.poses), np.array(stage.phases), stage.other, facing)
+    return Motion(
+        kind, stage.manner, np.array(stage.poses), np.array(stage.phases), stage.other, facing
+    )

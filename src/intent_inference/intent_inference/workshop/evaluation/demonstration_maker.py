@@ -1,12 +1,13 @@
 """Command: renders and tracks demonstrations and keeps their features.
 
 python -m intent_inference.make_demonstrations [--count 240] [--jobs 1] [--archive DIR]
+python -m intent_inference.make_demonstrations --motions
 
 Each demonstration is one file in the archive; those that are there are not made again, so that the
 command can be stopped and started. It goes on, one person with one object after the other, until
 so many grasps were found and every task has enough of them that afford it, and enough of the same
-classes that do not. At the end the shipped demonstrations.csv.gz and reaches.csv.gz are written
-from them.
+classes that do not. At the end the shipped demonstrations.csv.gz, reaches.csv.gz and motions.npz
+are written from them; `--motions` writes the last alone, for the demonstrations that are there.
 """
 
 import argparse
@@ -26,15 +27,17 @@ from joblib import Parallel, delayed
 
 from intent_inference import SHARE
 from intent_inference.quantisation.grasp_cells import Row
+from intent_inference.workshop.evaluation.shown_motions import shown_motions
 from intent_inference.workshop.evaluation.shown_people import TIMES
 from intent_inference.workshop.evaluation.tracked_people import (
     TrackedDemonstration,
     tracked_demonstration,
 )
 from intent_inference.workshop.simulation.labels import TASKS
+from intent_inference.workshop.training.labelled_table import read_grasps
 from intent_perception.basics.checked_files import read_json
 from intent_perception.basics.progress import ProgressBar
-from intent_perception.basics.safe_files import write_bytes, write_text
+from intent_perception.basics.safe_files import write_arrays, write_bytes, write_text
 
 _DATA = SHARE / "data"
 _FIRST_SEED = 1000
@@ -78,6 +81,10 @@ def write_rows(path: Path, rows: Sequence[Row]) -> None:
     write_bytes(path, gzip.compress(text.getvalue().encode(), mtime=0))
 
 
+def _write_motions(seeds: Sequence[str | float | int], folder: Path) -> None:
+    write_arrays(folder / "motions.npz", shown_motions([int(seed) for seed in seeds]))
+
+
 def _rounded(column: str, value: str | float | int) -> bool:
     return isinstance(value, float) and column != "stamp"
 
@@ -117,7 +124,12 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--archive", type=Path, default=Path("out/demonstrations"))
     parser.add_argument("--out", type=Path, default=_DATA, help="folder of the two tables")
+    parser.add_argument("--motions", action="store_true", help="write motions.npz alone")
     arguments = parser.parse_args(argv)
+    if arguments.motions:
+        table = read_grasps(arguments.out / "demonstrations.csv.gz")
+        _write_motions(table.columns["demonstration"].tolist(), arguments.out)
+        return 0
     arguments.archive.mkdir(parents=True, exist_ok=True)
     workers = Parallel(n_jobs=arguments.jobs, return_as="generator", pre_dispatch=arguments.jobs)
     lessons = workers(
@@ -136,5 +148,6 @@ def main(argv: list[str] | None = None) -> int:
     with warnings.catch_warnings(action="ignore"):  # what the other processes began is not needed
         lessons.close()
     write_tables(made, arguments.out)
+    _write_motions([row["demonstration"] for row in grasps], arguments.out)
     print(f"{arguments.out}: {len(grasps)} grasps, {len(made) - len(grasps)} without one")
     return 0

@@ -1,8 +1,9 @@
 """People's own grasps and motions, with the intent known (one person's motion capture).
 
 Read from the folder `INTENT_REAL_GRASPS`, evaluated only: nothing is fitted to it, and none of it
-ships. Lift-off is the first frame in which the object is 2 cm above where it lay; a look "1 s
-after" takes the last word about the held object up to then.
+ships. How near its grasps are to the simulated ones is told by -log p(evidence) and by the nearest
+grasp of the class. Lift-off is the first frame in which the object is 2 cm above where it lay; a
+look "1 s after" takes the last word about the held object up to then.
 """
 
 import os
@@ -17,8 +18,12 @@ from intent_inference.grasping.task_object import TaskObject
 from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator
 from intent_inference.intention.observe_command import observed
 from intent_inference.intention.observed_scene import ObservedScene, read_observed
+from intent_inference.quantisation.feature_table import Features
+from intent_inference.workshop.evaluation.nearest_grasps import nearest_grasp
 from intent_inference.workshop.evaluation.scores import auc
 from intent_inference.workshop.simulation.labels import label_grasp
+from intent_inference.workshop.training.labelled_table import read_grasps
+from intent_inference.workshop.training.shown_grasps import features_of_cells
 from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Array
 from intent_perception.objects.database import ObjectDatabase
@@ -34,11 +39,12 @@ _VESSELS = ("mug", "glass", "bottle")
 _DRAWS = 1000
 
 
-def human_figures(model: str, seed: int) -> dict[str, Any] | None:
+def human_figures(model: str, data: Path, seed: int) -> dict[str, Any] | None:
     """Return the contract's `human`; None where the recordings are absent.
 
     Args:
         model: file of BN^H; empty: the shipped one.
+        data: table of the simulated grasps that it was learned from.
         seed: of the bootstrap.
     """
     folder = Path(os.environ.get("INTENT_REAL_GRASPS", FOLDER))
@@ -48,11 +54,15 @@ def human_figures(model: str, seed: int) -> dict[str, Any] | None:
     config = InferenceConfig(model=model, models=str(database), explain=False)
     estimator = IntentionEstimator(config)
     own = ObjectDatabase.load(database, alone=True)
-    rows = [_row(path, estimator, own) for path in sorted(folder.glob("*.npz"))]
+    table = read_grasps(data).features
+    rows = [_row(path, estimator, own, table) for path in sorted(folder.glob("*.npz"))]
     return {
         "sequences": len(rows),
         "no_grasp": [row["name"] for row in rows if not row["grasped"]],
         "hand_error_mm": float(np.median([row["error"] for row in rows])),
+        "unknown_score": _median(rows, "unknown"),
+        "nearest_deg": np.degrees(_median(rows, "nearest")),
+        "nearest_count": sum(bool(np.isfinite(row["nearest"])) for row in rows),
         **_passes(rows, np.random.default_rng(seed)),
         "poured_accepted": _share([row["poured"] for row in rows if row["intent"] in _POURED]),
         "poured_count": sum(row["intent"] in _POURED for row in rows),
@@ -67,12 +77,19 @@ def _hammer(row: dict[str, Any], intents: tuple[str, ...]) -> bool:
     return row["class"] == "hammer" and row["intent"] in intents
 
 
+def _median(rows: list[dict[str, Any]], key: str) -> float:
+    """Return the median over the grasps of known classes."""
+    return float(np.nanmedian([row[key] for row in rows if row["class"]]))
+
+
 def _share(accepted: list[bool | None]) -> float | None:
     known = [own for own in accepted if own is not None]
     return float(np.mean(known)) if known else None
 
 
-def _row(path: Path, estimator: IntentionEstimator, own: ObjectDatabase) -> dict[str, Any]:
+def _row(
+    path: Path, estimator: IntentionEstimator, own: ObjectDatabase, table: Features
+) -> dict[str, Any]:
     """Return what is known and what was said about one sequence."""
     scene = read_observed(path)
     answer = observed(scene, estimator)
@@ -89,6 +106,10 @@ def _row(path: Path, estimator: IntentionEstimator, own: ObjectDatabase) -> dict
         "class": own[scene.object_model].object_class,
         "intent": intent,
         "grasped": first is not None,
+        "unknown": float("nan") if first is None else first["unknown_score"],
+        "nearest": float("nan")
+        if first is None
+        else nearest_grasp(features_of_cells(first["features"]), table),
         "error": answer["hand_error_mm"],
         "passed": _meant(first, "hand-over"),
         "passed_1s": _meant(last, "hand-over"),

@@ -160,7 +160,7 @@ def main(argv: list[str] | None = None) -> int:
             model, SHARE / "data", arguments.archive, count, arguments.seed
         )
     if "human" in parts:
-        report["human"] = human_figures(arguments.model, arguments.seed)
+        report["human"] = human_figures(arguments.model, data, arguments.seed)
     if "motion" in parts:
         model = _model(arguments.model)
         bags = tuple(_bags_in(arguments.bags))[: 2 if arguments.quick else None]

@@ -14,6 +14,7 @@ from intent_inference.grasping.grasp_candidates import CandidateSource, FilterCo
 from intent_inference.grasping.grasp_hypotheses import GraspHypothesis
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
+from intent_inference.workshop.simulation.comfort import Comfort
 from intent_inference.workshop.simulation.labels import (
     TASKS,
     label_grasp,
@@ -27,6 +28,8 @@ from intent_perception.basics.parameters import Checked
 from intent_perception.objects.database import ObjectModel
 
 _ON_HANDLE = "on the handle"
+_LEAST_COMFORT = 0.1
+"""Weight of a grasp that nobody finds comfortable: people take things so now and then."""
 _TASK_WEIGHT = 2.0
 """How much more a missing task counts than a missing pre-shape."""
 
@@ -106,6 +109,7 @@ class GraspGenerator:
         self._config = config or GenerationConfig()
         self._source = CandidateSource(target, hand, rng, self._config.filter)
         self._test = ShakeTest(hand, target.model, self._config.shake)
+        self._comfort = Comfort(target.model.stable_poses, rng) if hand.is_human else None
         self._needs = Needs(hand, self._config)
         self._found = np.zeros((len(self._source.draws), len(self._needs.traits)))
         self._shakes: Counter[tuple[str, bool]] = Counter()
@@ -191,7 +195,7 @@ class GraspGenerator:
             left.pop() for _ in range(round(config.unguided * config.shaken_per_round)) if left
         ]
         planned = self._needs.copy()
-        chances = np.array([self._chance(c.grasp.preshape) for c in candidates])
+        chances = np.array([self._chance(c.grasp.preshape) * self._ease(c) for c in candidates])
         while left and len(chosen) < config.shaken_per_round:
             worth = chances[left] * (having[left] @ (planned.missing() * self._needs.weights))
             chosen.append(left.pop(int(np.argmax(worth))))
@@ -205,6 +209,12 @@ class GraspGenerator:
         """Return how often a pre-shape has held this object so far."""
         held, lost = self._shakes[preshape, True], self._shakes[preshape, False]
         return (held + 2.0) / (held + lost + 2.0)
+
+    def _ease(self, candidate: TriedGrasp) -> float:
+        """Return how comfortable a person's grasp is, 0..1; 1 for a robot's."""
+        if self._comfort is None:
+            return 1.0
+        return max(_LEAST_COMFORT, self._comfort.of(candidate.grasp.T_object_hand))
 
     def _traits(
         self, preshape: str, T_object_hand: Array, joints: Array, contacts: Contacts

@@ -2,6 +2,11 @@
 
 python -m intent_inference.train --data D.csv.gz --out MODEL.npz [--figures DIR]
 python -m intent_inference.train add --model MODEL.npz --data MORE.csv.gz [--out NEW.npz]
+python -m intent_inference.train add --model MODEL.npz --data R.npz R.json … --shown TASK
+    [--person-priors PERSON.yaml] --out PERSON.npz
+
+Recordings are timelines (.npz) as `observe` reads them or what it wrote (.json). With
+`--person-priors` the file, new or there, takes in what this person was seen to mean.
 """
 
 import argparse
@@ -11,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from intent_inference.intention.class_priors import ClassPriors
 from intent_inference.network.model_file import load_model, save_model
 from intent_inference.network.structure import TASK
 from intent_inference.network.task_model import TaskModel
@@ -22,8 +28,11 @@ from intent_inference.workshop.training.fitting import (
     train,
 )
 from intent_inference.workshop.training.labelled_table import GraspTable, read_grasps
+from intent_inference.workshop.training.shown_grasps import shown_grasps
 from intent_inference.workshop.training.updating import add_demonstrations
 from intent_perception.basics.safe_files import check_place, output_file
+
+_RECORDINGS = (".npz", ".json")
 
 
 def recipes_of(text: str) -> tuple[NetworkRecipe, ...]:
@@ -61,7 +70,7 @@ def _tell(table: GraspTable, model: TaskModel) -> None:
 
 
 def _train(arguments: argparse.Namespace) -> TaskModel:
-    table = read_grasps(arguments.data, arguments.tasks.split(",") if arguments.tasks else None)
+    table = read_grasps(arguments.data, _asked(arguments))
     config = TrainingConfig(recipes=recipes_of(arguments.structure))
     rng = np.random.default_rng(arguments.seed)
     model = train(table, rng, config)
@@ -89,9 +98,34 @@ def _draw(table: GraspTable, model: TaskModel, folder: Path, seed: int) -> None:
 
 def _add(arguments: argparse.Namespace) -> TaskModel:
     model = load_model(arguments.model)
-    table = read_grasps(arguments.data, arguments.tasks.split(",") if arguments.tasks else None)
+    if all(path.suffix in _RECORDINGS for path in arguments.data):
+        table = shown_grasps(arguments.data, arguments.shown, arguments.models)
+    elif len(arguments.data) == 1:
+        table = read_grasps(arguments.data[0], _asked(arguments))
+    else:
+        raise ValueError(f"expected one table or recordings {_RECORDINGS}, got {arguments.data}")
     _tell(table, model)
-    return add_demonstrations(model, table, arguments.weight)
+    taught = add_demonstrations(model, table, arguments.weight)
+    if arguments.person_priors is not None:
+        _save_habits(table, model.tasks, arguments.person_priors)
+    return taught
+
+
+def _asked(arguments: argparse.Namespace) -> list[str] | None:
+    return arguments.tasks.split(",") if arguments.tasks else None
+
+
+def _save_habits(table: GraspTable, tasks: tuple[str, ...], path: Path) -> None:
+    """Count what a person meant with which class into the priors of a file, new or there."""
+    priors = ClassPriors.load(path) if path.is_file() else ClassPriors({})
+    kinds = np.asarray(table.features.get(OBJECT_CLASS, np.full(table.rows, "")), dtype=str)
+    shown = [
+        (str(kind), task)
+        for task in tasks
+        for kind in kinds[table.labels.get(task, np.zeros(table.rows)) == 1.0]
+        if kind
+    ]
+    priors.after(shown, tasks).save(path)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -101,15 +135,22 @@ def main(argv: list[str] | None = None) -> int:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--data", required=True, help="CSV of grasps, columns as of `simulate`")
     parser.add_argument("--out", type=output_file, help="model file to write")
     parser.add_argument("--tasks", default="", help="label columns, by commas; default: all found")
     arguments_list = sys.argv[1:] if argv is None else argv
     adding = arguments_list[:1] == ["add"]
     if adding:
+        parser.add_argument(
+            "--data", type=Path, nargs="+", required=True,
+            help="CSV of grasps, columns as of `simulate`, or recordings",
+        )  # fmt: skip
+        parser.add_argument("--shown", default="", help="task that the recordings show")
+        parser.add_argument("--models", default="", help="object database of the recordings")
+        parser.add_argument("--person-priors", type=Path, help="priors file to count habits into")
         parser.add_argument("--model", required=True, help="model file to add to")
         parser.add_argument("--weight", type=float, default=1.0, help="how much a grasp counts")
     else:
+        parser.add_argument("--data", required=True, help="CSV of grasps, columns of `simulate`")
         parser.add_argument("--seed", type=int, default=1)
         parser.add_argument(
             "--structure", default="",
