@@ -19,7 +19,7 @@ _OWN_PURPOSE = {
 }
 _OWN_WEIGHT = 2.0
 """Of what a thing is made for, against any other task."""
-_NOTHING_WEIGHT = 0.65
+_NOTHING_WEIGHT = 0.5
 """Of no task at all against each single task: people take things mostly to use them."""
 _TRUST = 5.0
 """The priors weigh as much as so many demonstrations of one person."""
