@@ -11,16 +11,13 @@ latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class Listener(Node):
     def __init__(self) -> None:
         super().__init__("listener")
-        self.said = ""
         self.create_subscription(TaskPosterior, "intent/task_posterior", self.posterior, latched)
         self.create_subscription(GraspPlan, "intent/grasp_plan", self.plan, latched)
 
     def posterior(self, message: TaskPosterior) -> None:
-        chances = zip(message.tasks, message.probability, strict=True)
-        text = f"{message.object_id} { {task: round(p, 2) for task, p in chances} }"
-        if not message.preliminary and text != self.said:  # the hand has closed
-            print(text, flush=True)
-            self.said = text
+        if message.stage == "GRASP" and not message.preliminary:  # the hand has closed
+            chances = zip(message.tasks, message.probability, strict=True)
+            print(message.object_id, {task: round(p, 2) for task, p in chances}, flush=True)
 
     def plan(self, message: GraspPlan) -> None:
         chosen = message.grasps[0].object_id if message.grasps else "nothing"

@@ -26,7 +26,7 @@ def example(name: str, log: Path, *arguments: str) -> Iterator[None]:
 
 def test_the_listener_prints_conclusions_and_plans(probe: Probe, tmp_path: Path) -> None:
     log = tmp_path / "log"
-    told = TaskPosterior(object_id="mug_1", tasks=["pouring"], probability=[0.9])
+    told = TaskPosterior(object_id="mug_1", tasks=["pouring"], probability=[0.9], stage="GRASP")
     plan = GraspPlan(task="pouring", grasps=[RobotGrasp(object_id="bottle_2")])
     probe.create_publisher(TaskPosterior, "intent/task_posterior", LATCHED).publish(told)
     probe.create_publisher(GraspPlan, "intent/grasp_plan", LATCHED).publish(plan)
