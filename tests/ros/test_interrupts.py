@@ -24,8 +24,11 @@ pytestmark = pytest.mark.slow
 def test_a_signal_ends_a_node_quietly_from_its_first_moment_on(
     name: str, number: int, delay: float
 ) -> None:
-    command = [sys.executable, "-c", f"from {NODES[name]} import {name}; {name}()"]
+    code = f"from {NODES[name]} import {name}; print('at the door', flush=True); {name}()"
+    command = [sys.executable, "-c", code]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    process.stdout.readline()  # what comes before is not ours
     time.sleep(delay)
     process.send_signal(number)
     _, said = process.communicate(timeout=120)

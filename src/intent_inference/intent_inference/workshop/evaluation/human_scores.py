@@ -19,7 +19,7 @@ from intent_inference.intention.estimator import InferenceConfig, IntentionEstim
 from intent_inference.intention.observe_command import observed
 from intent_inference.intention.observed_scene import ObservedScene, read_observed
 from intent_inference.quantisation.feature_table import Features
-from intent_inference.workshop.evaluation.nearest_grasps import nearest_grasp
+from intent_inference.quantisation.variables import OBJECT_CLASS
 from intent_inference.workshop.evaluation.scores import auc
 from intent_inference.workshop.simulation.labels import label_grasp
 from intent_inference.workshop.training.labelled_table import read_grasps
@@ -29,6 +29,7 @@ from intent_perception.basics.arrays import Array
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model import Functions, ObjectModel, Opening
 from intent_tracking.grasp.grasp_detector import GraspDetector
+from intent_tracking.grasp.grasp_features import GraspFeatures
 
 FOLDER = "out/real/grasps"
 _PASSED = ("pass", "offhand")
@@ -172,3 +173,28 @@ def _interval(labels: Array, scores: Array, rng: np.random.Generator) -> list[fl
         if 0.0 < labels[rows].mean() < 1.0:
             draws.append(auc(labels[rows], scores[rows]))
     return [float(value) for value in np.percentile(draws, (2.5, 97.5))] if draws else []
+
+
+def nearest_grasp(grasp: GraspFeatures, table: Features) -> float:
+    """Return how far the nearest grasp of the same class is off [rad].
+
+    Three angles alike: between the hands' orientations, between the sides of the object on which
+    they are, and of the finger joints (root mean square).
+
+    Args:
+        grasp: with class, dir, npos and fcon; NaN comes back where one of them is unknown.
+        table: of N grasps, with the same variables.
+    """
+    if grasp.dir is None or grasp.npos is None or grasp.fcon is None:
+        return float("nan")
+    alike = np.asarray(table[OBJECT_CLASS], dtype=str) == (grasp.object_class or "")
+    if not alike.any():
+        return float("nan")
+    turn = 2.0 * _angle(np.abs(table["dir"][alike] @ grasp.dir))
+    side = _angle(table["npos"][alike] @ grasp.npos)
+    fingers = np.sqrt(np.mean((table["fcon"][alike] - grasp.fcon) ** 2, axis=1))
+    return float(np.nanmin((turn + side + fingers) / 3.0))
+
+
+def _angle(cosine: Array) -> Array:
+    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
