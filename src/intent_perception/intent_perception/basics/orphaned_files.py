@@ -30,8 +30,11 @@ def orphaned_files(folder: Path, pattern: str) -> Iterator[Path]:
 
 
 def drop_shared_memory(folder: Path = Path("/dev/shm")) -> None:
-    """Remove what killed nodes left: each holds 34 MB, and some hundred of them fill a machine."""
-    for file in orphaned_files(folder, "*fastrtps_*"):
+    """Remove what killed nodes left: each holds 34 MB, and some hundred of them fill a machine.
+
+    Segments alone: no two programs ever share one. Ports are small, and another may just take one.
+    """
+    for file in orphaned_files(folder, "fastrtps_[0-9a-f]*"):
         with suppress(OSError):
             file.unlink()
 
