@@ -177,10 +177,11 @@ def _echo(node: Node, topic: str, once: bool) -> None:
 def _hertz(node: Node, topic: str, window: int) -> None:
     """Print once a second how often messages come."""
     times: list[float] = []
-    said = time.monotonic()
+    said: float | None = None  # the search for who publishes takes a while
     for _ in _messages(node, topic):
         times = [*times[-window:], time.monotonic()]
-        if len(times) > 1 and times[-1] - said >= 1.0:
+        said = said or times[0]
+        if times[-1] - said >= 1.0:
             gaps = [after - before for before, after in pairwise(times)]
             spread = f"min: {min(gaps):.3f}s max: {max(gaps):.3f}s"
             print(
