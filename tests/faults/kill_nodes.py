@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from intent_imitation.ros.realtime_probe_node import NODES, Heard, RealtimeProbe, probed_graph
+from intent_imitation.ros.graph import NODES
+from intent_imitation.ros.realtime_probe_node import Heard, RealtimeProbe, probed_graph
 
 BAGS = Path(__file__).resolve().parents[2] / "bags"
 NAMES = ("pour_bottle", "give_bottle", "wash_glass")

@@ -12,6 +12,7 @@ from tests.conftest import ROOT
 from tests.ros.test_live_messages import grasp
 from tests.support.harness import Graph, Probe, cut_bag, shipped_bag
 
+from intent_imitation.ros.graph import NODES
 from intent_perception.geometry.transforms import make_pose
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject
@@ -21,13 +22,6 @@ from intent_perception.ros.node import LATCHED
 
 SHARED = {"/rosout", "/parameter_events", "/diagnostics", "/tf_static", "/clock"}
 """What one machine has once: the log, the operator's view, the drivers' tree, the time."""
-NODES = {
-    "recognizer": "intent_perception",
-    "tracker": "intent_tracking",
-    "grasp_detector": "intent_tracking",
-    "inference": "intent_inference",
-    "imitation": "intent_imitation",
-}
 
 
 def test_no_node_names_a_topic_absolutely_but_what_is_shared() -> None:

@@ -22,16 +22,10 @@ from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
+from intent_imitation.ros.graph import NODES
 from intent_perception.bags.bag_topics import BagInput
 from intent_perception.bags.playback import node_arguments
 
-NODES = {
-    "recognizer": "intent_perception",
-    "tracker": "intent_tracking",
-    "grasp_detector": "intent_tracking",
-    "inference": "intent_inference",
-    "imitation": "intent_imitation",
-}
 SEE = ("recognizer", "tracker", "viewer")
 CAMERA = {
     "color": "rgb/image_rect_color",

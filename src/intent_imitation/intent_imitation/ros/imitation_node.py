@@ -1,6 +1,5 @@
 """ROS node: the task and the robot's own table in, object and ranked grasps for the robot out."""
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from intent_msgs import msg as msgs
@@ -14,15 +13,12 @@ from intent_perception.ros.convert import TABLE_FRAME
 from intent_perception.ros.latest_result import LatestResult
 from intent_perception.ros.node import (
     IntentNode,
+    aside,
     declared,
     declared_database,
     run,
-    stand_back,
 )
 from intent_perception.ros.shaped_objects import listen_for_objects
-
-_PREPARING = 10
-"""How far the preparation of objects that nobody has practised with stands back."""
 
 
 class ImitationNode(IntentNode):
@@ -37,7 +33,7 @@ class ImitationNode(IntentNode):
         database = declared_database(self)
         self._planner = GraspPlanner(database, declared(self, PlannerConfig()))
         self._planner.rehearse()
-        self._workshop = ThreadPoolExecutor(1, initializer=lambda: stand_back(_PREPARING))
+        self._workshop = aside()
         self._workshop.submit(self._planner.prepare)
         self._publisher = LatestResult(self, msgs.GraspPlan, "intent/grasp_plan")
         self.reset()

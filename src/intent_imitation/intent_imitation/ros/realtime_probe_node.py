@@ -24,18 +24,12 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
+from intent_imitation.ros.graph import NODES
 from intent_perception.bags.frame_assembly import stamp_of
 from intent_perception.bags.playback import transports
 from intent_perception.ros.node import LATCHED, RESULTS
 from intent_perception.ros.ros_domain import private_domain
 
-NODES = {
-    "recognizer": "intent_perception",
-    "tracker": "intent_tracking",
-    "grasp_detector": "intent_tracking",
-    "inference": "intent_inference",
-    "imitation": "intent_imitation",
-}
 _PATIENCE = 120.0
 """Longest wait for the nodes to be ready and for a bag to be played to its end [s]."""
 _REST = 3.0
@@ -213,4 +207,8 @@ def probed_graph(bag: Path, models: Path | None) -> Iterator[RealtimeProbe]:
                 if node.poll() is None:
                     os.killpg(node.pid, signal.SIGTERM)
             for node in nodes:
-                node.wait(_PATIENCE)
+                try:
+                    node.wait(_PATIENCE)
+                except subprocess.TimeoutExpired:
+                    os.killpg(node.pid, signal.SIGKILL)
+                    node.wait()

@@ -10,7 +10,7 @@ from intent_inference.grasping.grasping_hand import GraspingHand, Preshape
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.boxes import Box
-from intent_perception.geometry.transforms import rotation_from_vector
+from intent_perception.geometry.transforms import across, rotation_from_vector
 from intent_perception.objects.model import Opening
 
 _FREE = 0.004
@@ -109,8 +109,7 @@ def rim_approaches(opening: Opening, hand: GraspingHand) -> list[GraspApproach]:
 
 def _spokes(normal: Array) -> Array:
     """Return unit vectors (N, 3) all around an axis (3,)."""
-    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    first = first / np.linalg.norm(first)
+    first = across(normal)
     turns = np.arange(_SPOKES) * 2.0 * np.pi / _SPOKES
     return np.asarray(
         np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * np.cross(normal, first)

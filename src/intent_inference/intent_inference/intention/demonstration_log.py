@@ -1,7 +1,6 @@
 """Demonstrations that somebody shows, kept as a table for `train add` and as timelines."""
 
 import csv
-import gzip
 import io
 from collections import deque
 from collections.abc import Sequence
@@ -9,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from intent_inference.quantisation.grasp_cells import Row, cell_text, feature_cells
+from intent_inference.quantisation.grasp_cells import Row, feature_cells, write_cells
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.checked_files import read_text
-from intent_perception.basics.safe_files import check_place, write_arrays, write_bytes
+from intent_perception.basics.safe_files import check_place, write_arrays
 from intent_tracking.grasp.grasp_detector import StableGrasp
 from intent_tracking.scene.scene_state import SceneState
 
@@ -96,13 +95,7 @@ class DemonstrationLog:
 
     def _write(self) -> None:
         columns = list(dict.fromkeys(name for row in self._rows for name in row))
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(columns or ["object_id"])
-        writer.writerows([cell_text(row.get(name, "")) for name in columns] for row in self._rows)
-        content = text.getvalue().encode()
-        packed = self._table.suffix == ".gz"
-        write_bytes(self._table, gzip.compress(content, mtime=0) if packed else content)
+        write_cells(self._table, columns or ["object_id"], self._rows)
 
 
 def timeline_of(states: Sequence[SceneState], grasp: StableGrasp) -> dict[str, Array] | None:

@@ -247,11 +247,11 @@ class IntentionEstimator:
             self._held, self._came_from = None, state.T_table_hand[:3, 3]
             last, self._last = self._last, None
             if last is not None:  # the object has been let go of: the last word about it
-                self._reach.step(state)
+                self._reach.step(state, gaps)
                 return replace(last, stamp=state.stamp, stage="PUT_BACK")
         if self._held is not None and self._last is not None:
             return self._moving(state, self._held, self._last, gaps)
-        found = self._reach.step(state)
+        found = self._reach.step(state, gaps)
         return None if found is None else self._forecast(state, found, gaps)
 
     def _forecast(

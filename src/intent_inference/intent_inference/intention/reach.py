@@ -98,8 +98,15 @@ class ReachFilter:
             if np.isfinite(state.T_table_objects[i]).all()
         }
 
-    def step(self, state: SceneState) -> ReachForecast | None:
-        """Return the forecast up to a frame; None without a hand near a known object."""
+    def step(
+        self, state: SceneState, gaps_by_id: dict[str, float] | None = None
+    ) -> ReachForecast | None:
+        """Return the forecast up to a frame; None without a hand near a known object.
+
+        Args:
+            state: of the frame.
+            gaps_by_id: of the same frame, where the caller has asked for them already.
+        """
         for name in state.object_models:
             self._geometry(name)  # slow the first time; that must not fall into the reach
         if state.stamp < self._newest:  # another recording begins
@@ -113,7 +120,8 @@ class ReachFilter:
             i for i, name in enumerate(state.object_models)
             if self._geometry(name) is not None and np.isfinite(state.T_table_objects[i]).all()
         ]  # fmt: skip
-        gaps = {i: self._gap(state, i, palm) for i in known}
+        measured = self.gaps(state) if gaps_by_id is None else gaps_by_id
+        gaps = {i: measured[state.object_ids[i]] for i in known}
         if self._held in state.object_ids:
             held = state.object_ids.index(self._held)
             if gaps.get(held, 0.0) < self._config.release:

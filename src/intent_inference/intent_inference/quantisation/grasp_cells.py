@@ -1,6 +1,13 @@
 """Features of one grasp as the cells of a row, in the columns that `train` reads."""
 
+import csv
+import gzip
+import io
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
 from intent_perception.basics.arrays import Array
+from intent_perception.basics.safe_files import write_bytes
 from intent_tracking.grasp.grasp_features import GraspFeatures
 
 Row = dict[str, str | float | int]
@@ -28,6 +35,15 @@ def vector_cells(name: str, values: Array) -> Row:
     return {f"{name}_{index}": float(value) for index, value in enumerate(values)}
 
 
-def cell_text(value: str | float | int) -> str:
-    """Return what stands in a file for a value."""
+def write_cells(path: Path, columns: Sequence[str], rows: Iterable[Row]) -> None:
+    """Write rows to a CSV file, compressed if its name ends in .gz; equal rows give equal bytes."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([_text(row.get(name, "")) for name in columns] for row in rows)
+    content = text.getvalue().encode()
+    write_bytes(path, gzip.compress(content, mtime=0) if path.suffix == ".gz" else content)
+
+
+def _text(value: str | float | int) -> str:
     return f"{value:.5g}" if isinstance(value, float) else str(value)

@@ -38,9 +38,7 @@ def command(module: str, *arguments: Any) -> NoReturn:
         print(f"{name}: {_sentence(error)}", file=sys.stderr)
         _leave(1)
     except SystemExit as end:
-        if not isinstance(end.code, int | None):
-            raise
-        status = end.code
+        status = _status(end)
     except Exception:
         if "rclpy" not in sys.modules:
             raise
@@ -49,6 +47,14 @@ def command(module: str, *arguments: Any) -> NoReturn:
     if "rclpy" in sys.modules:
         _leave(status or 0)
     raise SystemExit(status)
+
+
+def _status(end: SystemExit) -> int | None:
+    """Return the status of an end; its words, if it has some, are said as Python says them."""
+    if end.code is None or isinstance(end.code, int):
+        return end.code
+    print(end.code, file=sys.stderr)
+    return 1
 
 
 def _sentence(error: Exception) -> str:

@@ -165,6 +165,12 @@ def rotation_angle(rotation: ArrayLike) -> Array:
     return angle
 
 
+def across(direction: Array) -> Array:
+    """Return a unit vector (3,) across a direction (3,)."""
+    found = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
+    return np.asarray(found / np.linalg.norm(found))
+
+
 def rotation_between(start: ArrayLike, end: ArrayLike) -> Array:
     """Return the smallest rotation (3, 3) that takes the direction start (3,) to end (3,)."""
     a = np.asarray(start, dtype=np.float64) / np.linalg.norm(start)
@@ -174,9 +180,7 @@ def rotation_between(start: ArrayLike, end: ArrayLike) -> Array:
     if sine < _SMALL_ANGLE:
         if cosine > 0.0:
             return np.eye(3)
-        axis = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
-        sine = float(np.linalg.norm(axis))
-        return rotation_from_vector(axis / sine * np.pi)
+        return rotation_from_vector(across(a) * np.pi)
     return rotation_from_vector(axis / sine * np.arctan2(sine, cosine))
 
 

@@ -6,6 +6,7 @@ from scipy.spatial import cKDTree
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.transforms import (
+    across,
     make_pose,
     rotation_from_vector,
     transform_points,
@@ -146,8 +147,7 @@ def _surface_moments(mesh: Mesh) -> tuple[Array, Array]:
 
 def _flips(test: _Test, axis: Array) -> list[Array]:
     """Return the half turns about directions across an axis that are symmetries."""
-    first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    first /= np.linalg.norm(first)
+    first = across(axis)
     second = np.cross(axis, first)
     directions = [np.cos(a) * first + np.sin(a) * second for a in np.arange(36) * np.pi / 36]
     return [rotation_from_vector(d * np.pi) for d in directions if test.holds(d, np.pi)]

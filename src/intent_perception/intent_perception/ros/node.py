@@ -8,6 +8,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, Literal, NoReturn
 
@@ -54,6 +55,8 @@ from intent_perception.ros.live_messages import LiveMessages
 from intent_perception.ros.node_help import node_help
 from intent_perception.ros.step_health import WARN, StepHealth
 
+_PREPARING = 10
+"""How far the preparation of things stands back for the frames: a niceness."""
 RESULTS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 """Results arrive all, also at a consumer that is slow for a while."""
 NEWS = QoSProfile(
@@ -451,6 +454,11 @@ def stand_back(niceness: int) -> None:
     """Lower the priority of the calling thread, and of those that it starts, to a niceness."""
     thread = threading.get_native_id()
     os.setpriority(os.PRIO_PROCESS, thread, max(niceness, os.getpriority(os.PRIO_PROCESS, thread)))
+
+
+def aside() -> ThreadPoolExecutor:
+    """Return one thread that prepares things beside the frames, and stands back for them."""
+    return ThreadPoolExecutor(1, initializer=lambda: stand_back(_PREPARING))
 
 
 def _checked(messages: FrameMessages) -> RgbdFrame:

@@ -1,7 +1,7 @@
 """ROS node: RGB-D frames and recognised objects in, the state of hand and objects out."""
 
 from collections import deque
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,10 +21,10 @@ from intent_perception.ros.node import (
     FrameSubscription,
     IntentNode,
     ShareConfig,
+    aside,
     declared,
     declared_database,
     run,
-    stand_back,
 )
 from intent_perception.ros.shaped_objects import listen_for_objects
 from intent_tracking.fit.hand_shape import save_shape
@@ -32,10 +32,6 @@ from intent_tracking.ros.convert import hand_markers, joints_to_msg, scene_trans
 from intent_tracking.ros.tracker_rehearsal import rehearse
 from intent_tracking.tracker.tracker import Tracker
 from intent_tracking.tracker.tracker_config import TrackerConfig
-
-_PREPARING = 10
-"""How far the preparation of objects stands back for the frames."""
-
 
 _ROUGH = DetectorConfig(focal_length=260.0)
 """Half the usual resolution is enough for the table until the recogniser has answered."""
@@ -70,7 +66,7 @@ class TrackerNode(IntentNode):
         self._names = declared(self, FrameNames())
         self._markers = LatestResult(self, MarkerArray, "intent/markers")
         self._hand_markers = self.create_publisher(MarkerArray, "intent/hand/markers", 10)
-        self._workshop = ThreadPoolExecutor(1, initializer=lambda: stand_back(_PREPARING))
+        self._workshop = aside()
         rehearse(self._tracker, self._database.example)
         self.reset()
         listen_for_objects(

@@ -365,22 +365,21 @@ class Tracker:
             cost = candidate.cost - (self.config.side_bias if side == self._side else 0.0)
             state = self._still_life.track.state.replaced([], candidate.state)
             hypothesis = self._hypothesis(side, state, cost)
-            joints = pixels_of(frame.camera, hypothesis.track.joints(state))
+            palm, joints = _in_picture(hypothesis, frame)
             comes = self._around.appearance.blind or self._watch.comes(joints)
-            if not comes or self._idle(hypothesis, frame):
+            if not comes or self._idle(palm, joints):
                 continue
             astray = GAP_COST * (hypothesis.gap or 0.0)
             if candidate.cost + astray < limit and cost < found[0].cost + _WORTH_A_TRIAL:
                 hypotheses.append(hypothesis)
         return hypotheses, True
 
-    def _idle(self, hypothesis: Hypothesis, frame: RgbdFrame) -> bool:
-        """Return whether a hypothesis lies on a hand that does nothing while another one acts."""
-        joints = hypothesis.track.joints(hypothesis.track.state)
-        place = palm_pixel(frame.camera, joints)
-        if any(at_place(hand, place) for hand in self._watch.idle):
-            return True
-        return self._watch.rests(pixels_of(frame.camera, joints))
+    def _idle(self, palm: Array, joints: Array) -> bool:
+        """Return whether palm (2,) and joints (21, 2) [px] are of a hand that idles.
+
+        It does nothing while another one acts.
+        """
+        return any(at_place(hand, palm) for hand in self._watch.idle) or self._watch.rests(joints)
 
     def _try_others(self, frame: RgbdFrame) -> None:
         """Replace the leading hypothesis if another start explains the frame better."""
@@ -389,7 +388,7 @@ class Tracker:
             if not self._judge.open_to(leader, start.side):
                 continue
             rival = self._rival(leader, start.side, start.state, frame)
-            if self._watch.told is None and self._idle(rival, frame):
+            if self._watch.told is None and self._idle(*_in_picture(rival, frame)):
                 continue
             lead = self._judge.odd(leader) - self._judge.odd(rival)
             if self._watch.hand is not None:
@@ -454,3 +453,9 @@ class Tracker:
         track.cost = cost
         lives = [ObjectLife(life.rest, life.active, life.taken) for life in self._still_life.lives]
         return Hypothesis(track, lives, cost, gap=self._judge.gap(track, state))
+
+
+def _in_picture(hypothesis: Hypothesis, frame: RgbdFrame) -> tuple[Array, Array]:
+    """Return palm (2,) and joints (21, 2) of a hypothesis [px]."""
+    joints = hypothesis.track.joints(hypothesis.track.state)
+    return palm_pixel(frame.camera, joints), pixels_of(frame.camera, joints)

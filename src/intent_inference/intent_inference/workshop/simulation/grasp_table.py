@@ -1,7 +1,6 @@
 """Grasps as a table {O, A, C, T}: one row per grasp, one column per number, empty = unknown."""
 
 import csv
-import gzip
 import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -11,12 +10,11 @@ from numpy.typing import NDArray
 
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
-from intent_inference.quantisation.grasp_cells import Row, cell_text, feature_cells, vector_cells
+from intent_inference.quantisation.grasp_cells import Row, feature_cells, vector_cells, write_cells
 from intent_inference.workshop.simulation.labels import TASKS, TaskLabel, label_grasp
 from intent_inference.workshop.simulation.simulated_grasp import SimulatedGrasp
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.checked_files import read_text
-from intent_perception.basics.safe_files import write_bytes
 from intent_perception.geometry.transforms import quaternion_from_rotation, rotation_from_quaternion
 from intent_tracking.grasp.grasp_features import grasp_features
 
@@ -55,14 +53,8 @@ def write_rows(path: Path, rows: Iterable[Row]) -> None:
     for row in sorted(rows, key=len, reverse=True):
         columns.update(dict.fromkeys(row))
     ordered = sorted(columns, key=_column_order)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(ordered)
-    for row in rows:
-        writer.writerow([cell_text(row.get(column, "")) for column in ordered])
     path.parent.mkdir(parents=True, exist_ok=True)
-    content = text.getvalue().encode()
-    write_bytes(path, gzip.compress(content, mtime=0) if path.suffix == ".gz" else content)
+    write_cells(path, ordered, rows)
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:

@@ -14,7 +14,7 @@ from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.task_object import TaskObject
 from intent_inference.workshop.simulation.receivers import ReceiverBank
 from intent_perception.basics.arrays import Array
-from intent_perception.geometry.transforms import rotation_from_vector
+from intent_perception.geometry.transforms import across, rotation_from_vector
 from intent_perception.objects.database import Functions
 from intent_tracking.grasp.grasp_features import hand_distances
 
@@ -216,8 +216,7 @@ def _open_share(scene: GraspScene, rule: Rule) -> float:
     beside = np.maximum(np.maximum(height - rule["above"], -rule["below"] - height), 0.0)
     shadow = np.sqrt(np.maximum(scene.radii**2 - beside**2, 0.0))
     lateral = offset - height[:, None] * opening.normal
-    u = np.cross(opening.normal, np.eye(3)[int(np.argmin(np.abs(opening.normal)))])
-    u = u / np.linalg.norm(u)
+    u = across(opening.normal)
     v = np.cross(opening.normal, u)
     disc = rule["radius"] * opening.radius * _DISC
     gaps = disc[:, None] - np.stack([lateral @ u, lateral @ v], axis=1)

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.basics.kernels import kernel
-from intent_perception.geometry.transforms import rotation_from_vector
+from intent_perception.geometry.transforms import across, rotation_from_vector
 from intent_perception.recognition.verification.explanation import draw, explain
 
 Bytes = NDArray[np.uint8]
@@ -31,13 +31,12 @@ def turns(axis: Array, spins: bool) -> Floats:
         axis: (3,) unit vector about which the object is turned in steps.
         spins: whether turns about it can be seen; if not, only the half turn across it is tried.
     """
-    across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    across /= np.linalg.norm(across)
+    flip_axis = across(axis)
     found = []
     for flip, steps in ((0.0, SPINS), (np.pi, _FLIPPED_SPINS)):
         for k in range(steps if spins else 1):
             spin = rotation_from_vector(2.0 * np.pi * k / steps * axis)
-            found.append(spin @ rotation_from_vector(flip * across))
+            found.append(spin @ rotation_from_vector(flip * flip_axis))
     return np.array(found[1:], np.float32)
 
 

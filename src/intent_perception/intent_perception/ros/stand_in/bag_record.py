@@ -1,6 +1,7 @@
 """What `ros2 bag record` does: the messages of some topics, byte by byte, as a rosbag2 folder."""
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -65,16 +66,9 @@ class TopicBag:
             return
         self._heard.add(topic)
         self._learn(kind)
-        senders = self._node.get_publishers_info_by_topic(topic)
-        kept = all(s.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for s in senders)
-        best = all(s.qos_profile.reliability == ReliabilityPolicy.RELIABLE for s in senders)
-        qos = QoSProfile(
-            depth=1000,
-            reliability=ReliabilityPolicy.RELIABLE if best else ReliabilityPolicy.BEST_EFFORT,
-            durability=DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE,
-        )
+        qos = as_offered(self._node.get_publishers_info_by_topic(topic), 1000)
         connection = self._writer.add_connection(
-            topic, kind, typestore=self._types, offered_qos_profiles=[_offered(best, kept)]
+            topic, kind, typestore=self._types, offered_qos_profiles=[_written(qos)]
         )
 
         def write(data: bytes) -> None:
@@ -90,7 +84,27 @@ class TopicBag:
                 self._types.register(get_types_from_msg(read_text(interface_file(name)), name))
 
 
-def _offered(reliable: bool, latched: bool) -> Qos:
+def as_offered(senders: Sequence[Any], depth: int) -> QoSProfile:
+    """Return how to hear a topic as its publishers offer it.
+
+    Args:
+        senders: what the node knows of its publishers.
+        depth: length of the queue.
+    """
+    profiles = [sender.qos_profile for sender in senders]
+    reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in profiles)
+    latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in profiles)
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
+
+
+def _written(qos: QoSProfile) -> Qos:
+    """Return it as a bag has it."""
+    reliable = qos.reliability == ReliabilityPolicy.RELIABLE
+    latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
     return Qos(
         QosHistory.KEEP_LAST,
         10,

@@ -23,9 +23,8 @@ from rcl_interfaces.msg import Parameter as ParameterMessage
 from rclpy.node import Node
 from rclpy.parameter import Parameter, get_parameter_value, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from intent_perception.ros.stand_in.bag_record import record
+from intent_perception.ros.stand_in.bag_record import as_offered, record
 from intent_perception.ros.stand_in.interface_text import interface_text
 
 _MANY = 128
@@ -151,13 +150,7 @@ def _messages(node: Node, topic: str) -> Iterator[Any]:
     senders = _discovered(node, lambda: node.get_publishers_info_by_topic(name))
     if not senders:
         raise ValueError(f"nobody publishes on {name}; see scripts/ros2.sh topic list")
-    best = all(s.qos_profile.reliability == ReliabilityPolicy.RELIABLE for s in senders)
-    kept = all(s.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for s in senders)
-    qos = QoSProfile(
-        depth=100,
-        reliability=ReliabilityPolicy.RELIABLE if best else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if kept else DurabilityPolicy.VOLATILE,
-    )
+    qos = as_offered(senders, 100)
     waiting: list[Any] = []
     node.create_subscription(message_class(senders[0].topic_type), name, waiting.append, qos)
     while rclpy.ok():
