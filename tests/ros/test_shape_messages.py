@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from intent_msgs.msg import ObjectShapes
 
 from intent_perception.geometry.transforms import make_pose
 from intent_perception.objects.database import ObjectDatabase
@@ -54,6 +55,19 @@ def test_objects_wait_for_their_shapes() -> None:
     both.on_objects(objects_to_msg(second, DATABASE))
     assert heard[1].objects[0].model == "thing~1"
     assert heard[1].objects[0].shape is database["thing~1"]
+
+
+def test_another_recogniser_may_give_an_old_name_to_a_new_shape() -> None:
+    database = DATABASE.select(["bottle_0"])
+    both = ShapedObjects(database)
+    learnt = []
+    for name in ("mug_0", "mug_0", "glass_1"):
+        shape = shape_to_msg("thing", 0, DATABASE[name])
+        both.on_shapes(ObjectShapes(shapes=[shape]))
+        assert database["thing~0"].object_class == DATABASE[name].object_class
+        np.testing.assert_allclose(database["thing~0"].size, DATABASE[name].size, atol=1e-6)
+        learnt.append(database["thing~0"])
+    assert learnt[0] is learnt[1]
 
 
 def test_on_the_wire_an_estimated_object_has_no_model() -> None:

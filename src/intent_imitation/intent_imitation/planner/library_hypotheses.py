@@ -14,6 +14,7 @@ from intent_inference.quantisation.feature_table import Features
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.geometry.transforms import quaternion_from_rotation
 from intent_perception.objects.database import ObjectDatabase, ObjectModel
+from intent_perception.objects.model_memory import ModelMemory
 from intent_tracking.grasp.grasp_features import palm_center
 
 
@@ -38,8 +39,8 @@ class HypothesisSource:
         self._library = library
         self._hand = hand
         self._tries = tries
-        self._distances: dict[str, SignedDistance] = {}
-        self._known: dict[tuple[str, str], Hypotheses] = {}
+        self._distances = ModelMemory(database, lambda model: SignedDistance.from_mesh(model.mesh))
+        self._of_class = ModelMemory[dict[str, Hypotheses]](database, lambda _: {})
 
     def knows(self, name: str) -> bool:
         """Return whether the database holds a model."""
@@ -56,8 +57,6 @@ class HypothesisSource:
 
     def distance(self, model: str) -> SignedDistance:
         """Return the signed distance of a model's mesh, in its object frame."""
-        if model not in self._distances:
-            self._distances[model] = SignedDistance.from_mesh(self._models[model].mesh)
         return self._distances[model]
 
     def kinds(self, model: str, object_class: str) -> Mapping[str, float]:
@@ -68,12 +67,12 @@ class HypothesisSource:
 
     def of(self, model: str, object_class: str) -> Hypotheses:
         """Return the hypotheses of a model as one of a class ("" = unknown)."""
-        key = (model, object_class)
-        if key not in self._known:
-            self._known[key] = hypotheses_of(
+        known = self._of_class[model]
+        if object_class not in known:
+            known[object_class] = hypotheses_of(
                 self._models[model], object_class, self._grasps(model), self._hand
             )
-        return self._known[key]
+        return known[object_class]
 
     def _grasps(self, model: str) -> GraspSet:
         stored = self._library.sets.get(model)

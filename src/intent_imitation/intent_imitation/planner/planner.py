@@ -30,6 +30,7 @@ from intent_perception.basics.arrays import Array
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase
+from intent_perception.objects.model_memory import ModelMemory
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_perception.recognition.rehearsal_scene import rehearsal_object
 
@@ -129,7 +130,7 @@ class GraspPlanner:
         self._objects: RecognizedObjects | None = None
         self._working = Lock()
         self.forget()
-        self._chances: dict[tuple[str, str], tuple[Array, Array]] = {}
+        self._chances = ModelMemory[dict[str, tuple[Array, Array]]](database, lambda _: {})
 
     def start(self, objects: RecognizedObjects) -> None:
         """Take what was recognised on the robot's table; it holds until the next start.
@@ -307,16 +308,16 @@ class GraspPlanner:
 
     def _chance(self, model: str, object_class: str) -> tuple[Array, Array]:
         """Return p(t | o) (T,) and p(t | o, a) (G, T) of an object and its hypotheses."""
-        key = (model, object_class)
-        if key not in self._chances:
+        known = self._chances[model]
+        if object_class not in known:
             hypotheses = self._source.of(model, object_class)
             of_grasps = np.zeros((0, len(self._model.tasks)))
             kinds = self._source.kinds(model, object_class)
             if len(hypotheses.grasps) > 0:
                 of_grasps = task_chances(self._model, hypotheses.features, kinds)
             of_object = task_chances(self._model, hypotheses.object_features, kinds)[0]
-            self._chances[key] = of_object, of_grasps
-        return self._chances[key]
+            known[object_class] = of_object, of_grasps
+        return known[object_class]
 
     def _fits_pose(self, index: int, task: str) -> bool:
         """Return whether an object, as it stands, can serve the task whatever the grasp."""

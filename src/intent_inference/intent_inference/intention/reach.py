@@ -21,6 +21,8 @@ from intent_perception.geometry.transforms import (
     transform_points,
 )
 from intent_perception.objects.database import ObjectDatabase
+from intent_perception.objects.model import ObjectModel
+from intent_perception.objects.model_memory import ModelMemory
 from intent_tracking.grasp.grasp_features import (
     GraspedShape,
     GraspFeatures,
@@ -70,9 +72,8 @@ class ReachFilter:
         self, model: TaskModel, database: ObjectDatabase, config: ReachConfig | None = None
     ) -> None:
         self._model = model
-        self._database = database
         self._config = config or ReachConfig()
-        self._geometries: dict[str, GraspedShape] = {}
+        self._shapes = ModelMemory(database, _prepared)
         self.reset()
 
     def reset(self) -> None:
@@ -108,7 +109,7 @@ class ReachFilter:
             gaps_by_id: of the same frame, where the caller has asked for them already.
         """
         for name in state.object_models:
-            self._geometry(name)  # slow the first time; that must not fall into the reach
+            self._shapes.get(name)  # slow the first time; that must not fall into the reach
         if state.stamp < self._newest:  # another recording begins
             self.reset()
         self._newest = state.stamp
@@ -118,7 +119,7 @@ class ReachFilter:
         elapsed = self._advance(state.stamp, palm)
         known = [
             i for i, name in enumerate(state.object_models)
-            if self._geometry(name) is not None and np.isfinite(state.T_table_objects[i]).all()
+            if self._shapes.get(name) is not None and np.isfinite(state.T_table_objects[i]).all()
         ]  # fmt: skip
         measured = self.gaps(state) if gaps_by_id is None else gaps_by_id
         gaps = {i: measured[state.object_ids[i]] for i in known}
@@ -141,7 +142,7 @@ class ReachFilter:
         elapsed: float,
         palm: Array,
     ) -> ReachForecast:
-        geometries = {i: self._geometry(state.object_models[i]) for i in near}
+        geometries = {i: self._shapes.get(state.object_models[i]) for i in near}
         features = stack_features(
             [reach_features(own, state, i) for i, own in geometries.items() if own is not None]
         )
@@ -176,17 +177,18 @@ class ReachFilter:
         self._stamp, self._palm = stamp, palm
         return elapsed
 
-    def _geometry(self, name: str) -> GraspedShape | None:
-        if name not in self._geometries and name in self._database:
-            shape = self._geometries[name] = GraspedShape(self._database[name])
-            _ = shape.convexity, shape.mirror
-        return self._geometries.get(name)
-
     def _gap(self, state: SceneState, index: int, palm_table: Array) -> float:
-        geometry = self._geometry(state.object_models[index])
+        geometry = self._shapes.get(state.object_models[index])
         if geometry is None:
             return float("inf")
         return palm_gap(geometry, state.T_table_objects[index], palm_table)
+
+
+def _prepared(model: ObjectModel) -> GraspedShape:
+    """Return the geometry of a model, with what a reach asks of it."""
+    shape = GraspedShape(model)
+    _ = shape.convexity, shape.mirror
+    return shape
 
 
 @lru_cache(maxsize=2)

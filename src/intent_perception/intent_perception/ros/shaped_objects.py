@@ -8,6 +8,7 @@ else in it finds them.
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from intent_msgs.msg import ObjectShapes, RecognizedObjects
 
 from intent_perception.bags.frame_assembly import stamp_of
@@ -41,13 +42,24 @@ class ShapedObjects:
         """Learn the shapes of a message, and deliver the answers that waited for them."""
         for shape in message.shapes:
             model = shape_from_msg(shape)
-            if model.name not in self._database:
+            if not self._knows(model):
                 self._database.learn(model)
             self._shapes[shape.id] = shape.revision, self._database[model.name]
         self._stamp = max(self._stamp, stamp_of(message))
         waiting, self._waiting = self._waiting, []
         for answer in waiting:
             self.on_objects(answer)
+
+    def _knows(self, model: ObjectModel) -> bool:
+        """Return whether the database has this very shape.
+
+        A recogniser that was started again gives the names of the one before to other shapes.
+        """
+        if model.name not in self._database:
+            return False
+        known = self._database[model.name]
+        same = np.array_equal(known.mesh.vertices, model.mesh.vertices)
+        return same and known.object_class == model.object_class
 
     def on_objects(self, message: Any) -> None:
         """Deliver an answer, or keep it until its shapes are there."""

@@ -21,6 +21,8 @@ from intent_perception.geometry.transforms import (
     transform_points,
 )
 from intent_perception.objects.database import ObjectDatabase
+from intent_perception.objects.model import ObjectModel
+from intent_perception.objects.model_memory import ModelMemory
 from intent_tracking.grasp.grasp_features import (
     GraspedShape,
     GraspFeatures,
@@ -110,8 +112,7 @@ class GraspDetector:
 
     def __init__(self, database: ObjectDatabase, config: GraspConfig | None = None) -> None:
         self._config = config or GraspConfig()
-        self._database = database
-        self._geometries: dict[str, GraspedShape] = {}
+        self._shapes = ModelMemory(database, _prepared)
         self._window: deque[_Glance] = deque()
         self.reset()
 
@@ -133,7 +134,7 @@ class GraspDetector:
         if self._window and not self._follows(state.stamp):
             self._window.clear()
         for model in state.object_models:
-            self._geometry(model)  # slow the first time; that must not fall into the grasp
+            self._shapes.get(model)  # slow the first time; that must not fall into the grasp
         if not state.hand_tracked:
             return None
         glance = self._look(state)
@@ -157,13 +158,6 @@ class GraspDetector:
     def _follows(self, stamp: int) -> bool:
         return 0 < stamp - self._window[-1].stamp <= self._config.gap / _NANO
 
-    def _geometry(self, model: str) -> GraspedShape | None:
-        """Return the geometry of a model of the database; None for an unknown one."""
-        if model not in self._geometries and model in self._database:
-            self._geometries[model] = GraspedShape(self._database[model])
-            self._geometries[model].prepare()
-        return self._geometries.get(model)
-
     def _look(self, state: SceneState) -> _Glance:
         """Return which object is grasped in a frame: the one that most fingers touch."""
         table, joints = state.hand.table, state.joint_angles
@@ -171,7 +165,7 @@ class GraspDetector:
         best, most = None, 1
         relative = {}
         for index, name in enumerate(state.object_ids):
-            geometry = self._geometry(state.object_models[index])
+            geometry = self._shapes.get(state.object_models[index])
             if geometry is None or state.objects_lost[index]:
                 continue
             T_hand_object = inverse(T_table_hand) @ T_table_objects[index]
@@ -217,7 +211,7 @@ class GraspDetector:
 
     def _grasp(self, state: SceneState, index: int) -> StableGrasp:
         """Return the grasp of object `index` over the window, described by Table I."""
-        geometry = self._geometry(state.object_models[index])
+        geometry = self._shapes.get(state.object_models[index])
         assert geometry is not None
         name = state.object_ids[index]
         pose = _mean_pose(np.array([glance.T_object_hand[name] for glance in self._window]))
@@ -255,6 +249,13 @@ class GraspDetector:
             bent = joints + rng.normal(size=len(joints)) * std[6:HAND_SIZE]
             draws.append(_described(geometry, state, inverse(thing) @ hand, bent))
         return _spread(features, draws)
+
+
+def _prepared(model: ObjectModel) -> GraspedShape:
+    """Return the geometry of a model, with all that a grasp asks of it."""
+    shape = GraspedShape(model)
+    shape.prepare()
+    return shape
 
 
 def touching_normals(

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,13 +62,20 @@ class ObjectArrays(NamedTuple):
     """(K + 1,)."""
 
 
-@lru_cache(maxsize=64)
+_geometries: WeakKeyDictionary[ObjectModel, ObjectGeometry] = WeakKeyDictionary()
+
+
 def geometry_of(model: ObjectModel) -> ObjectGeometry:
-    """Return the shape of a model as the tracker uses it; the last ones are remembered."""
+    """Return the shape of a model as the tracker uses it, computed once in the model's life."""
+    if (known := _geometries.get(model)) is not None:
+        return known
     surface, _, _ = model.mesh.sample_surface(SURFACE_SAMPLES, np.random.default_rng(0))
     distance = SignedDistance.from_mesh(model.mesh, GRID_SPACING, GRID_MARGIN)
     vertices, faces = simplified(model.mesh.vertices, model.mesh.faces, DRAWN_DETAIL)
-    return ObjectGeometry(distance, surface, vertices, faces, model.symmetry.axis, model.mesh)
+    axis = model.symmetry.axis
+    geometry = ObjectGeometry(distance, surface, vertices, faces, axis, model.mesh)
+    _geometries[model] = geometry
+    return geometry
 
 
 def simplified(
