@@ -130,7 +130,6 @@ class PoseJudge:
         self._tolerance = tolerance
         self._focus = focus or scene
         self._resting = resting and scene.parts.table is not None
-        self._turns_tried: dict[tuple[int, bytes, bytes], tuple[Floats, float]] = {}
 
     def drawing(self, model: int, pose: Floats) -> Drawing:
         """Return a model drawn at a pose (12,)."""
@@ -168,11 +167,8 @@ class PoseJudge:
         library, scene = self._library, self._focus
         surface = (library.points, library.normals, library.offsets)
         align(poses, models, *surface, _ALIGNED_POINTS, *scene.surface, _ALIGNMENT)
-        parts = [
-            library.points[a:b]
-            for a, b in zip(library.offsets[:-1], library.offsets[1:], strict=True)
-        ]
-        meant = things_meant(shapes, models, poses, parts, scene.intrinsics)
+        drawn_points = (library.points, library.offsets)
+        meant = things_meant(shapes, models, poses, *drawn_points, scene.intrinsics)
         models, poses, meant = (values[meant != MISFIT] for values in (models, poses, meant))
         score, match = support_of_all(
             poses, models, *surface, *scene.surface, self._tolerance, 0.6
@@ -276,8 +272,6 @@ class PoseJudge:
     def best_turn(self, model: int, pose: Floats, explained: Floats) -> tuple[Floats, float]:
         """Return the pose or one of its turns that explains more, and how many turns look alike.
 
-        What the first look chose is often chosen again: its turns are not drawn a second time.
-
         Args:
             model: number of the model.
             pose: (12,).
@@ -287,13 +281,6 @@ class PoseJudge:
             The pose (12,), and the share of the turns that explain almost as much as the best but
             put the object differently.
         """
-        key = (model, pose.tobytes(), explained.tobytes())
-        if key not in self._turns_tried:
-            self._turns_tried[key] = self._tried_turns(model, pose, explained)
-        best, alike = self._turns_tried[key]
-        return best.copy(), alike
-
-    def _tried_turns(self, model: int, pose: Floats, explained: Floats) -> tuple[Floats, float]:
         library = self._library
         rotations, about = library.turns[model], library.spin_points[model]
         worth = self._worth_of_turns(model, pose, rotations, explained)

@@ -97,19 +97,54 @@ def slices_of(heights: Array, low: float, high: float) -> tuple[Indices, int]:
 @exact_kernel
 def slice_medians(values: Array, index: Indices, count: int) -> Array:
     """Return the median of the values in each slice, NaN where there is none."""
-    sizes = np.zeros(count + 1, np.int64)
+    grouped, starts = _grouped(values, index, count)
+    medians = np.full(count, np.nan)
+    for k in range(count):
+        if starts[k + 1] > starts[k]:
+            medians[k] = np.median(grouped[starts[k] : starts[k + 1]])
+    return medians
+
+
+@exact_kernel
+def slice_quantiles(
+    values: Array, index: Indices, count: int, shares: Array, least: int
+) -> Array:
+    """Return quantiles (count, Q) of the values in each slice, NaN where fewer than `least` are.
+
+    Args:
+        values: (N,).
+        index: (N,) slice of each.
+        count: of slices.
+        shares: (Q,) 0..1; between two values it is interpolated.
+        least: values that a slice must have.
+    """
+    grouped, starts = _grouped(values, index, count)
+    found = np.full((count, len(shares)), np.nan)
+    for k in range(count):
+        size = starts[k + 1] - starts[k]
+        if size < max(least, 1):
+            continue
+        ordered = np.sort(grouped[starts[k] : starts[k + 1]])
+        for q in range(len(shares)):
+            place = shares[q] * (size - 1)
+            low = int(place)
+            high = min(low + 1, size - 1)
+            found[k, q] = ordered[low] + (place - low) * (ordered[high] - ordered[low])
+    return found
+
+
+@exact_kernel
+def _grouped(values: Array, index: Indices, count: int) -> tuple[Array, Indices]:
+    """Return the values slice after slice (N,), and where each slice begins (count + 1,)."""
+    starts = np.zeros(count + 1, np.int64)
     for k in index:
-        sizes[k + 1] += 1
-    starts = np.cumsum(sizes)
+        starts[k + 1] += 1
+    starts = np.cumsum(starts)
     free, grouped = starts.copy(), np.empty_like(values)
     for value, k in zip(values, index):  # noqa: B905 - kernels know no `strict`
         grouped[free[k]] = value
         free[k] += 1
-    medians = np.full(count, np.nan)
-    for k in range(count):
-        if sizes[k + 1] > 0:
-            medians[k] = np.median(grouped[starts[k] : starts[k + 1]])
-    return medians
+    return grouped, starts
 
 
 @exact_kernel
