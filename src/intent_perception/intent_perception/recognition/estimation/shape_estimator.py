@@ -22,10 +22,10 @@ from intent_perception.recognition.verification.explanation import settle
 from intent_perception.scene.scene_view import SceneView
 
 Maker = Callable[[SeenThing, Outline], Draft | None]
-_LEAST_ODDS = 0.5
+_LEAST_ODDS = 0.3
 """A class less probable is not said. Of things of seeds below 1000, with networks that had seen
-neither their scene nor their mesh, .07 of no class are called one at .5 and .056 at .6, and .81
-and .77 of the others are told."""
+neither their scene nor their mesh, .038 of no class are called one at .3 and .026 at .5, and .85
+and .83 of the others are told."""
 _SURE = 0.8
 _WORSE, _DOUBTFULLY_WORSE = 0.45, 0.30
 """A shape of a class that is so much less like the thing than a plain one is not its shape."""

@@ -28,9 +28,10 @@ from intent_perception.workshop.scenes.unseen_scenes import HELD_BACK, unseen_sc
 
 _PURE = 0.8  # of a thing's pixels are of one object: else it is two in one
 _SEEN = 0.5  # of an object that is fitted to
-_HIDDEN_UNITS = 28
+_HIDDEN_UNITS = 64
 _NETS = 4
-_DECAY = 0.6
+_DECAY = 0.1
+_EPOCHS = 150
 _FOLDS = 4
 _LEAST_HANDLE = 12  # pixels of a handle that must be seen for a mug
 
@@ -91,7 +92,7 @@ def _nets(values: Array, classes: Array) -> list[Any]:
     nets = []
     for seed in range(_NETS):
         net = MLPClassifier(
-            (_HIDDEN_UNITS,), alpha=_DECAY, max_iter=400, random_state=seed, tol=1e-5
+            (_HIDDEN_UNITS,), alpha=_DECAY, max_iter=_EPOCHS, random_state=seed, tol=1e-4
         )
         nets.append(net.fit(values, classes))
     return nets
@@ -107,7 +108,7 @@ def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=int, default=990)
-    parser.add_argument("--more", type=int, default=1500)
+    parser.add_argument("--more", type=int, default=1290)
     parser.add_argument(
         "--data", type=Path, default=Path(os.environ.get("INTENT_DATA", "../shared/data"))
     )
