@@ -106,9 +106,7 @@ def slice_medians(values: Array, index: Indices, count: int) -> Array:
 
 
 @exact_kernel
-def slice_quantiles(
-    values: Array, index: Indices, count: int, shares: Array, least: int
-) -> Array:
+def slice_quantiles(values: Array, index: Indices, count: int, shares: Array, least: int) -> Array:
     """Return quantiles (count, Q) of the values in each slice, NaN where fewer than `least` are.
 
     Args:
