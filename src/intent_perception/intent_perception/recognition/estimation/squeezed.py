@@ -123,7 +123,7 @@ def _cost(free: Array, flat: Array, bounds: Array, sight: Array, low: float, hig
     middle = origin[0] * right[0] + origin[1] * right[1]
     miss = abs(middle + half - high) + abs(middle - half - low)
     habit = (aspect - _USUAL_ASPECT) ** 2 + 0.05 * (power - _USUAL_POWER) ** 2
-    return surface + _OUTLINE * min(miss / 0.01, 3.0) + _HABIT * habit
+    return float(surface + _OUTLINE * min(miss / 0.01, 3.0) + _HABIT * habit)
 
 
 @kernel
