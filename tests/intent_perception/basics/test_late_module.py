@@ -38,3 +38,9 @@ def test_a_command_without_its_module_ends_in_one_sentence() -> None:
     assert done.returncode == 1
     (line,) = done.stderr.strip().splitlines()
     assert line.endswith("the Python module this_is_absent is not installed; run scripts/setup.sh")
+
+
+def test_in_a_workspace_of_ones_own_the_remedy_is_rosdep(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "prefix", sys.base_prefix)
+    assert remedy(ModuleNotFoundError(name="tf2_msgs")).endswith("-r requirements-rosdep.txt")
+    assert remedy(ModuleNotFoundError(name="pybullet")).endswith("-r requirements-dev.txt")

@@ -1,5 +1,6 @@
 """Modules that not every installation has: imported when first used, so `--help` needs none."""
 
+import sys
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
@@ -34,5 +35,8 @@ def need(*names: str) -> None:
 def remedy(error: ModuleNotFoundError) -> str:
     """Return one sentence: what is missing and which command installs it."""
     name = (error.name or str(error)).partition(".")[0]
-    option = " --dev" if name in DEVELOPMENT else ""
-    return f"the Python module {name} is not installed; run scripts/setup.sh{option}"
+    kind = "dev" if name in DEVELOPMENT else ""
+    command = "scripts/setup.sh --dev" if kind else "scripts/setup.sh"
+    if sys.prefix == sys.base_prefix:  # the system's own Python: a colcon workspace of the user's
+        command = f"rosdep install, then pip install -r requirements-{kind or 'rosdep'}.txt"
+    return f"the Python module {name} is not installed; run {command}"
