@@ -8,6 +8,7 @@ from intent_perception.recognition.estimation.revolution import (
     crossing,
     fit_revolution,
     section_radius,
+    slice_quantiles,
 )
 
 CENTER = np.array([0.12, -0.05])
@@ -57,3 +58,12 @@ def test_a_section_is_a_circle_at_power_two() -> None:
     places = np.array([[0.03, 0.04], [0.05, 0.0]])
     np.testing.assert_allclose(section_radius(places, 1.0, 2.0), 0.05)
     np.testing.assert_allclose(section_radius(places, 1.0, 2.0001), 0.05, rtol=1e-3)
+
+
+def test_quantiles_of_slices_are_numpy_s() -> None:
+    rng = np.random.default_rng(0)
+    values, index, shares = rng.normal(size=300), rng.integers(0, 9, 300), np.array([0.03, 0.9])
+    found = slice_quantiles(values, index, 10, shares, 3)
+    expected = [np.quantile(values[index == k], shares) for k in range(9)]
+    np.testing.assert_allclose(found[:9], expected, rtol=1e-12)
+    assert np.isnan(found[9]).all()

@@ -16,6 +16,7 @@ from intent_perception.recognition.estimation.shape_estimator import (
     EstimatedShape,
     estimated_shapes,
 )
+from intent_perception.recognition.estimation.thing_gate import is_whole, settled
 from intent_perception.recognition.recognizer import things_alone
 from intent_perception.scene.scene_view import SceneView
 from intent_perception.scene.segmentation import segment
@@ -69,6 +70,15 @@ def test_what_is_of_no_class_gets_a_shape_that_can_be_grasped(maker: Maker) -> N
         assert shape.model.require_volume().volume > 0.0
         assert shape.likeness.share > 0.6
         assert len(shape.model.stable_poses)
+
+
+def test_a_whole_thing_is_looked_at_again_only_where_an_object_may_be_on_it() -> None:
+    scene = alone(made(any_can, "", 0), 0)
+    (shape,) = look(scene)
+    nothing = np.zeros(scene.frame.depth.shape, np.float32)
+    assert is_whole(shape)
+    assert settled([shape], nothing).sum() == shape.thing.pixels
+    assert settled([shape], nothing + 1.0).sum() == 0.0
 
 
 def test_a_mug_s_handle_points_where_it_is() -> None:

@@ -21,7 +21,6 @@ from intent_perception.geometry.transforms import (
     transform_points,
 )
 from intent_perception.objects.database import ObjectDatabase
-from intent_perception.objects.model import ObjectModel
 from intent_perception.objects.model_memory import ModelMemory
 from intent_tracking.grasp.grasp_features import (
     GraspedShape,
@@ -73,7 +72,7 @@ class ReachFilter:
     ) -> None:
         self._model = model
         self._config = config or ReachConfig()
-        self._shapes = ModelMemory(database, _prepared)
+        self._shapes = ModelMemory(database, GraspedShape)
         self.reset()
 
     def reset(self) -> None:
@@ -108,8 +107,6 @@ class ReachFilter:
             state: of the frame.
             gaps_by_id: of the same frame, where the caller has asked for them already.
         """
-        for name in state.object_models:
-            self._shapes.get(name)  # slow the first time; that must not fall into the reach
         if state.stamp < self._newest:  # another recording begins
             self.reset()
         self._newest = state.stamp
@@ -182,13 +179,6 @@ class ReachFilter:
         if geometry is None:
             return float("inf")
         return palm_gap(geometry, state.T_table_objects[index], palm_table)
-
-
-def _prepared(model: ObjectModel) -> GraspedShape:
-    """Return the geometry of a model, with what a reach asks of it."""
-    shape = GraspedShape(model)
-    _ = shape.convexity, shape.mirror
-    return shape
 
 
 @lru_cache(maxsize=2)

@@ -167,11 +167,8 @@ class PoseJudge:
         library, scene = self._library, self._focus
         surface = (library.points, library.normals, library.offsets)
         align(poses, models, *surface, _ALIGNED_POINTS, *scene.surface, _ALIGNMENT)
-        parts = [
-            library.points[a:b]
-            for a, b in zip(library.offsets[:-1], library.offsets[1:], strict=True)
-        ]
-        meant = things_meant(shapes, models, poses, parts, scene.intrinsics)
+        drawn_points = (library.points, library.offsets)
+        meant = things_meant(shapes, models, poses, *drawn_points, scene.intrinsics)
         models, poses, meant = (values[meant != MISFIT] for values in (models, poses, meant))
         score, match = support_of_all(
             poses, models, *surface, *scene.surface, self._tolerance, 0.6
@@ -284,19 +281,9 @@ class PoseJudge:
             The pose (12,), and the share of the turns that explain almost as much as the best but
             put the object differently.
         """
-        library, scene = self._library, self._scene
+        library = self._library
         rotations, about = library.turns[model], library.spin_points[model]
-        worth = worth_of_turns(
-            pose,
-            rotations,
-            about,
-            library.vertices[model],
-            library.faces[model],
-            scene.image.depth,
-            *scene.surface,
-            self._tolerance,
-            explained,
-        )
+        worth = self._worth_of_turns(model, pose, rotations, explained)
         best, best_worth = pose, self.drawing(model, pose).worth(explained)
         close = worth > 0.98 * max(best_worth, float(worth.max()))
         alike = float(np.mean(close & library.turns_matter[model]))
@@ -308,29 +295,35 @@ class PoseJudge:
             gained = self.drawing(model, other).worth(explained)
             if gained > best_worth:
                 best, best_worth = other, gained
-        return self._middle(model, best, best_worth, explained), alike
+        drawn = worth[: SPINS - 1] if best is pose else None
+        return self._middle(model, best, best_worth, explained, drawn), alike
 
-    def _middle(self, model: int, pose: Floats, worth: float, explained: Floats) -> Floats:
+    def _middle(
+        self,
+        model: int,
+        pose: Floats,
+        worth: float,
+        explained: Floats,
+        turned_worth: Floats | None,
+    ) -> Floats:
         """Return the pose turned to the middle of the turns that explain as much.
 
         A mug's handle that is hidden may be anywhere behind the mug: its middle errs least. On a
         table only the turns in which the mug rests best come into question.
+
+        Args:
+            model: number of the model.
+            pose: (12,).
+            worth: of the pose [pixel].
+            explained: (H, W) evidence of the other objects.
+            turned_worth: (SPINS - 1,) of its turns, None where they have yet to be drawn.
         """
-        library, scene = self._library, self._scene
+        library = self._library
         spins, about = library.turns[model][: SPINS - 1], library.spin_points[model]
         if len(spins) < SPINS - 1:
             return pose
-        turned_worth = worth_of_turns(
-            pose,
-            spins,
-            about,
-            library.vertices[model],
-            library.faces[model],
-            scene.image.depth,
-            *scene.surface,
-            self._tolerance,
-            explained,
-        )
+        if turned_worth is None:
+            turned_worth = self._worth_of_turns(model, pose, spins, explained)
         equal = turned_worth > worth * (1.0 - _EQUAL)
         if equal.all() or not (equal[0] or equal[-1]):
             return pose
@@ -344,6 +337,24 @@ class PoseJudge:
         # turn k is that by k + 1 steps; from the end they count backwards
         other: Floats = turned(pose, spins[middle - 1 if middle > 0 else middle], about)
         return other
+
+    def _worth_of_turns(
+        self, model: int, pose: Floats, rotations: Floats, explained: Floats
+    ) -> Floats:
+        """Return what each turn (K, 3, 3) of a pose adds to what is explained (K,) [pixel]."""
+        library, scene = self._library, self._scene
+        worth: Floats = worth_of_turns(
+            pose,
+            rotations,
+            library.spin_points[model],
+            library.vertices[model],
+            library.faces[model],
+            scene.image.depth,
+            *scene.surface,
+            self._tolerance,
+            explained,
+        )
+        return worth
 
     def _rests(self, model: int, pose: Floats, steps: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return which turns (K,), in steps about the spin axis, come nearest to a stable pose."""

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.basics.arrays import Floats
+from intent_perception.basics.arrays import Floats, Mask
 from intent_perception.basics.kernels import kernel
 from intent_perception.recognition.verification.explanation import DISAGREE, FRONT, MATCH
 
@@ -86,28 +86,40 @@ def select(
     weight, match, windows = weight[hopeful], match[hopeful], evidence.windows[hopeful]
     contrary = evidence.contrary[hopeful]
     chosen: list[int] = []
+    new, stale = np.zeros(len(hopeful), np.float32), np.ones(len(hopeful), bool)
 
     def best() -> int | None:
         if len(chosen) >= _MOST:
             return None
         explained = explained_by(evidence.values, windows, np.array(chosen, np.int64), shape)
-        new = gains(evidence.values, windows, explained)
+        new[stale] = gains(evidence.values, windows[stale], explained)
+        stale[:] = False
         worth = (new - contrary) * weight
         worth[(new < least_pixels) | (new < least_new * match)] = 0.0
         winner = int(np.argmax(worth)) if len(worth) else 0
         return winner if len(worth) and worth[winner] > 0.0 else None
 
-    while (winner := best()) is not None:
-        chosen.append(winner)
+    def take_best() -> None:
+        while (winner := best()) is not None:
+            chosen.append(winner)
+            stale[:] |= _meeting(windows, windows[winner])
+
+    take_best()
     for _ in range(_ROUNDS if len(chosen) <= _FEW else 1):
         before = sorted(chosen)
         for old in before:
             chosen.remove(old)
-            while (winner := best()) is not None:
-                chosen.append(winner)
+            stale[:] |= _meeting(windows, windows[old])
+            take_best()
         if sorted(chosen) == before:
             break
     return hopeful[np.array(chosen, np.int64)]
+
+
+def _meeting(windows: NDArray[np.int64], one: NDArray[np.int64]) -> Mask:
+    """Return which windows (N, 5) have pixels in common with one of them (5,)."""
+    low, high = windows[:, :2], windows[:, :2] + windows[:, 2:4]
+    return np.asarray(np.all((low < one[:2] + one[2:4]) & (one[:2] < high), axis=1))
 
 
 @kernel

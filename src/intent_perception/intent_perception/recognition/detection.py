@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from intent_perception.basics.arrays import Array
+from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.recognition.candidates import PoseJudge
 from intent_perception.recognition.confidence import confidence, features_of
@@ -20,7 +20,11 @@ from intent_perception.recognition.estimation.shape_estimator import (
     EstimatedShape,
     estimated_shapes,
 )
-from intent_perception.recognition.estimation.thing_gate import contradicted, left_over
+from intent_perception.recognition.estimation.thing_gate import (
+    contradicted,
+    left_over,
+    settled,
+)
 from intent_perception.recognition.findings import Candidates, Detection, Findings
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.proposal.pose_draws import Draws, drawn_poses
@@ -40,6 +44,8 @@ _SHARPNESS = 3
 calibration error of the confidence, which was fitted with 3, of .0129 instead of .0125."""
 LIKELY = 0.5
 """From this confidence on an object is taken to be there."""
+_HINT = 0.02
+"""From this confidence on an object may be there."""
 _MOST_WITHOUT_TABLE = 40_000
 """Pixels on which things in the air are searched for; more are walls, people, a whole room."""
 
@@ -100,6 +106,7 @@ class Detector:
             candidates, made = candidates.joined(more), made + extra
             if len(more.models):
                 found, focus = self._judged(scene, judge, candidates)
+            focus = self._unsettled(found, shapes, focus, judge)
             kept = self._uncontradicted(found, shapes, scene)
             rest = self._unexplained(kept, shapes, scene, judge) if complete else ()
             yield Findings(kept, image, scene.parts, made, complete, rest)
@@ -130,6 +137,25 @@ class Detector:
         )
         return tuple(one for one, no in zip(found, wrong, strict=True) if not no)
 
+    def _unsettled(
+        self,
+        found: Sequence[Detection],
+        shapes: Sequence[EstimatedShape],
+        focus: SceneView,
+        judge: PoseJudge,
+    ) -> SceneView:
+        """Return what to look at once more: not things, seen whole, that look like nothing known.
+
+        Of an object of the library that is seen whole the first look finds at least a hint.
+        """
+        hints = self._covered([one for one in found if one.confidence >= _HINT], judge)
+        return focus if not shapes else focus.without(settled(shapes, hints))
+
+    def _covered(self, found: Sequence[Detection], judge: PoseJudge) -> Floats:
+        """Return 1 on the pixels (H, W) of some objects, 0 elsewhere."""
+        centred = self.library.centred_pose
+        return judge.covered([(o.model, centred(o.model, o.T_camera_object)) for o in found])
+
     def _unexplained(
         self,
         found: Sequence[Detection],
@@ -141,13 +167,7 @@ class Detector:
         table = scene.parts.table
         if table is None or not shapes:
             return ()
-        likely = [one for one in found if one.confidence >= LIKELY]
-        explained = judge.covered(
-            [
-                (one.model, self.library.centred_pose(one.model, one.T_camera_object))
-                for one in likely
-            ]
-        )
+        explained = self._covered([one for one in found if one.confidence >= LIKELY], judge)
         rng = np.random.default_rng(self.config.seed)
         return left_over(shapes, scene.without(explained), table.T_table_camera(), rng)
 

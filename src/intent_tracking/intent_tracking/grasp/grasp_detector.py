@@ -21,7 +21,6 @@ from intent_perception.geometry.transforms import (
     transform_points,
 )
 from intent_perception.objects.database import ObjectDatabase
-from intent_perception.objects.model import ObjectModel
 from intent_perception.objects.model_memory import ModelMemory
 from intent_tracking.grasp.grasp_features import (
     GraspedShape,
@@ -112,7 +111,7 @@ class GraspDetector:
 
     def __init__(self, database: ObjectDatabase, config: GraspConfig | None = None) -> None:
         self._config = config or GraspConfig()
-        self._shapes = ModelMemory(database, _prepared)
+        self._shapes = ModelMemory(database, GraspedShape)
         self._window: deque[_Glance] = deque()
         self.reset()
 
@@ -133,8 +132,6 @@ class GraspDetector:
         self._newest = state.stamp
         if self._window and not self._follows(state.stamp):
             self._window.clear()
-        for model in state.object_models:
-            self._shapes.get(model)  # slow the first time; that must not fall into the grasp
         if not state.hand_tracked:
             return None
         glance = self._look(state)
@@ -163,19 +160,23 @@ class GraspDetector:
         table, joints = state.hand.table, state.joint_angles
         T_table_hand, T_table_objects = state.T_table_hand, state.T_table_objects
         best, most = None, 1
-        relative = {}
+        relative, near = {}, list[tuple[float, GraspedShape]]()
         for index, name in enumerate(state.object_ids):
             geometry = self._shapes.get(state.object_models[index])
             if geometry is None or state.objects_lost[index]:
                 continue
             T_hand_object = inverse(T_table_hand) @ T_table_objects[index]
             relative[name] = inverse(T_hand_object)
-            reach = np.linalg.norm(transform_points(T_hand_object, geometry.center))
-            if reach > 0.25 + 0.5 * geometry.model.diameter:
+            reach = float(np.linalg.norm(transform_points(T_hand_object, geometry.center)))
+            reach -= 0.5 * geometry.model.diameter
+            if reach > 0.25:
                 continue
+            near.append((reach, geometry))
             touched = touching_normals(geometry, T_hand_object, table, joints, self._config.contact)
             if len(touched) > most and _opposed(touched, self._config.opposition):
                 best, most = name, len(touched)
+        if near:  # slow the first time, which must not fall into the grasp
+            min(near, key=lambda one: one[0])[1].prepare()
         return _Glance(state.stamp, best, relative, joints)
 
     def _touched(self) -> str | None:
@@ -249,13 +250,6 @@ class GraspDetector:
             bent = joints + rng.normal(size=len(joints)) * std[6:HAND_SIZE]
             draws.append(_described(geometry, state, inverse(thing) @ hand, bent))
         return _spread(features, draws)
-
-
-def _prepared(model: ObjectModel) -> GraspedShape:
-    """Return the geometry of a model, with all that a grasp asks of it."""
-    shape = GraspedShape(model)
-    shape.prepare()
-    return shape
 
 
 def touching_normals(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, cKDTree
 
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.kernels import exact_kernel
@@ -139,12 +139,11 @@ class GraspedShape:
         object is its own mirror image; cups, bottles and tools are.
         """
         samples = self.points[::4] - self.center
-        errors = []
+        nearest, errors = cKDTree(samples), []
         for axis in range(3):
             flip = np.ones(3)
             flip[axis] = -1.0
-            gap = np.linalg.norm((samples * flip)[:, None] - samples[None], axis=2).min(axis=1)
-            errors.append(float(gap.mean()))
+            errors.append(float(nearest.query(samples * flip)[0].mean()))
         # y = 0 is the plane of handles, blades and heads; round objects have several.
         best = 1 if errors[1] < 1.5 * min(errors) else int(np.argmin(errors))
         reflection = np.eye(4)

@@ -9,7 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_perception.basics.arrays import Array, Mask
-from intent_perception.recognition.estimation.revolution import Revolution, fit_revolution
+from intent_perception.recognition.estimation.revolution import (
+    Revolution,
+    fit_revolution,
+    slice_quantiles,
+)
 from intent_perception.recognition.estimation.squeezed import fit_squeezed
 from intent_perception.recognition.estimation.things import SeenThing
 
@@ -21,6 +25,10 @@ _LEVEL = 0.8  # cosine between up and the normal of what lies level
 _WORST = 0.012
 _HANDLE_WIDE = 0.022
 _TOO_WIDE = 0.10  # a round body may look narrower than it is by this share: edges are lost
+
+
+SIDES, TOP = np.array([0.03, 0.97]), np.array([0.9])
+"""Quantiles of what is across and of what is high at which a strip of a thing ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,13 +234,10 @@ def _flat(thing: SeenThing) -> tuple[Array, Array, Array]:
     axes, middle, length = long_frame(points)
     places = (points[:, :2] - middle) @ axes[:2, :2].T
     half = max(0.5 * length, 1e-3)
-    index = np.clip(((places[:, 0] / half + 1.0) * 0.5 * _SAMPLES).astype(int), 0, _SAMPLES - 1)
-    low, high, tall = np.zeros(_SAMPLES), np.zeros(_SAMPLES), np.zeros(_SAMPLES)
-    for k in range(_SAMPLES):
-        here = index == k
-        if here.sum() >= 3:
-            low[k], high[k] = np.quantile(places[here, 1], [0.03, 0.97])
-            tall[k] = np.quantile(points[here, 2], 0.9)
+    index = ((places[:, 0] / half + 1.0) * 0.5 * _SAMPLES).astype(np.int64)
+    index = np.clip(index, 0, _SAMPLES - 1)
+    low, high = np.nan_to_num(slice_quantiles(places[:, 1].copy(), index, _SAMPLES, SIDES, 3)).T
+    (tall,) = np.nan_to_num(slice_quantiles(points[:, 2].copy(), index, _SAMPLES, TOP, 3)).T
     wide = high - low
     if wide[:3].sum() > wide[-3:].sum():
         axes = np.stack([-axes[0], -axes[1], axes[2]])

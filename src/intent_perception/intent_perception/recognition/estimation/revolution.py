@@ -97,28 +97,68 @@ def slices_of(heights: Array, low: float, high: float) -> tuple[Indices, int]:
 @exact_kernel
 def slice_medians(values: Array, index: Indices, count: int) -> Array:
     """Return the median of the values in each slice, NaN where there is none."""
-    sizes = np.zeros(count + 1, np.int64)
-    for k in index:
-        sizes[k + 1] += 1
-    starts = np.cumsum(sizes)
-    free, grouped = starts.copy(), np.empty_like(values)
-    for value, k in zip(values, index):  # noqa: B905 - kernels know no `strict`
-        grouped[free[k]] = value
-        free[k] += 1
+    grouped, starts = _grouped(values, index, count)
     medians = np.full(count, np.nan)
     for k in range(count):
-        if sizes[k + 1] > 0:
+        if starts[k + 1] > starts[k]:
             medians[k] = np.median(grouped[starts[k] : starts[k + 1]])
     return medians
 
 
+@exact_kernel
+def slice_quantiles(values: Array, index: Indices, count: int, shares: Array, least: int) -> Array:
+    """Return quantiles (count, Q) of the values in each slice, NaN where fewer than `least` are.
+
+    Args:
+        values: (N,).
+        index: (N,) slice of each.
+        count: of slices.
+        shares: (Q,) 0..1; between two values it is interpolated.
+        least: values that a slice must have.
+    """
+    grouped, starts = _grouped(values, index, count)
+    found = np.full((count, len(shares)), np.nan)
+    for k in range(count):
+        size = starts[k + 1] - starts[k]
+        if size < max(least, 1):
+            continue
+        ordered = np.sort(grouped[starts[k] : starts[k + 1]])
+        for q in range(len(shares)):
+            place = shares[q] * (size - 1)
+            low = int(place)
+            high = min(low + 1, size - 1)
+            found[k, q] = ordered[low] + (place - low) * (ordered[high] - ordered[low])
+    return found
+
+
+@exact_kernel
+def _grouped(values: Array, index: Indices, count: int) -> tuple[Array, Indices]:
+    """Return the values slice after slice (N,), and where each slice begins (count + 1,)."""
+    starts = np.zeros(count + 1, np.int64)
+    for k in index:
+        starts[k + 1] += 1
+    starts = np.cumsum(starts)
+    free, grouped = starts.copy(), np.empty_like(values)
+    for value, k in zip(values, index):  # noqa: B905 - kernels know no `strict`
+        grouped[free[k]] = value
+        free[k] += 1
+    return grouped, starts
+
+
+@exact_kernel
 def _within(values: Array, weight: Array, index: Indices, count: int) -> Array:
     """Return values (N, D) less their weighted mean in each slice."""
-    total = np.bincount(index, weight, count) + 1e-9
-    means = np.stack(
-        [np.bincount(index, weight * column, count) / total for column in values.T], axis=1
-    )
-    return np.asarray(values - means[index])
+    total = np.full(count, 1e-9)
+    sums = np.zeros((count, values.shape[1]))
+    for i in range(len(values)):
+        total[index[i]] += weight[i]
+        for k in range(values.shape[1]):
+            sums[index[i], k] += weight[i] * values[i, k]
+    rest = np.empty_like(values)
+    for i in range(len(values)):
+        for k in range(values.shape[1]):
+            rest[i, k] = values[i, k] - sums[index[i], k] / total[index[i]]
+    return rest
 
 
 def fit_revolution(
@@ -155,23 +195,55 @@ def _round_start(points: Array, normals: Array, axes: Array, center: Array) -> A
 def _turned_axes(axes: Array, state: Array) -> Array:
     """Return the axes tilted about x and y and spun about the axis by the state's angles."""
     tilt = axes[2] + state[2] * axes[0] + state[3] * axes[1]
-    z = tilt / np.linalg.norm(tilt)
+    z = tilt / np.sqrt(tilt @ tilt)
     x = np.cos(state[6]) * axes[0] + np.sin(state[6]) * axes[1]
     x = x - (x @ z) * z
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z])
+    x /= np.sqrt(x @ x)
+    y = np.array([z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]])
+    return np.stack([x, y, z])
 
 
+def _frame(axes: Array, center: Array, state: Array) -> tuple[Array, Array]:
+    """Return the axes (3, 3) and the origin (3,) [m] of the body of a state."""
+    return _turned_axes(axes, state), center + state[0] * axes[0] + state[1] * axes[1]
+
+
+@exact_kernel
 def _distances(
-    points: Array, normals: Array, axes: Array, center: Array, state: Array
+    points: Array, axes: Array, origin: Array, aspect: float, power: float
 ) -> tuple[Array, Array, Array]:
     """Return height, half width along x and its factor to a distance, for each point."""
-    turned = _turned_axes(axes, state)
-    origin = center + state[0] * axes[0] + state[1] * axes[1]
-    places = (points - origin) @ turned.T
-    radius = section_radius(places, state[4], state[5])
-    scale = np.hypot(places[:, 0], places[:, 1]) / np.maximum(radius, 1e-6)
-    return places[:, 2], radius, scale
+    count = len(points)
+    height, radius, scale = np.empty(count), np.empty(count), np.empty(count)
+    for i in range(count):
+        a, b, c = points[i, 0] - origin[0], points[i, 1] - origin[1], points[i, 2] - origin[2]
+        x = abs(axes[0, 0] * a + axes[0, 1] * b + axes[0, 2] * c)
+        y = abs(axes[1, 0] * a + axes[1, 1] * b + axes[1, 2] * c)
+        height[i] = axes[2, 0] * a + axes[2, 1] * b + axes[2, 2] * c
+        thin = y / aspect
+        if power == 2.0:
+            radius[i] = np.sqrt(x * x + thin * thin)
+        else:
+            radius[i] = (x**power + thin**power + 1e-30) ** (1.0 / power)
+        scale[i] = np.sqrt(x * x + y * y) / max(radius[i], 1e-6)
+    return height, radius, scale
+
+
+@exact_kernel
+def _outside(points: Array, normals: Array, axes: Array, origin: Array) -> tuple[Mask, Array]:
+    """Return which points are seen from outside on the side, and their normals' part across."""
+    count, least = len(points), np.sqrt(1.0 - _SIDE**2)
+    outer, across = np.empty(count, np.bool_), np.empty(count)
+    for i in range(count):
+        a, b, c = points[i, 0] - origin[0], points[i, 1] - origin[1], points[i, 2] - origin[2]
+        x = axes[0, 0] * a + axes[0, 1] * b + axes[0, 2] * c
+        y = axes[1, 0] * a + axes[1, 1] * b + axes[1, 2] * c
+        a, b, c = normals[i, 0], normals[i, 1], normals[i, 2]
+        nx = axes[0, 0] * a + axes[0, 1] * b + axes[0, 2] * c
+        ny = axes[1, 0] * a + axes[1, 1] * b + axes[1, 2] * c
+        across[i] = np.sqrt(nx * nx + ny * ny)
+        outer[i] = x * nx + y * ny > 0.0 and across[i] > least
+    return outer, across
 
 
 _STEPS = np.array([1e-4, 1e-4, 2e-3, 2e-3])
@@ -185,21 +257,22 @@ def _refined(
     """Return the state after bounded Gauss-Newton steps on residuals within slices."""
     start = state.copy()
     for _ in range(_ROUNDS):
-        height, radius, scale = _distances(points, normals, axes, center, state)
-        outer, steep = _outside(points, normals, axes, center, state)
+        frame, section = _frame(axes, center, state), (state[4], state[5])
+        outer, steep = _outside(points, normals, *frame)
         if outer.sum() < 30:
             return state
-        kept = np.flatnonzero(outer)
-        index, count = slices_of(height[kept], height[kept].min(), height[kept].max())
-        medians = slice_medians(radius[kept], index, count)
-        gap = (radius[kept] - medians[index]) * scale[kept] * steep[kept]
-        weight = steep[kept] / (1.0 + (gap / _SPREAD) ** 2)
+        kept, steep = points[outer], steep[outer]
+        height, radius, scale = _distances(kept, *frame, *section)
+        index, count = slices_of(height, height.min(), height.max())
+        medians = slice_medians(radius, index, count)
+        gap = (radius - medians[index]) * scale * steep
+        weight = steep / (1.0 + (gap / _SPREAD) ** 2)
         columns = []
         for k in free:
             moved = state.copy()
             moved[k] += _STEPS[k]
-            _, other, _ = _distances(points[kept], normals[kept], axes, center, moved)
-            columns.append((other - radius[kept]) / _STEPS[k] * scale[kept] * steep[kept])
+            _, other, _ = _distances(kept, *_frame(axes, center, moved), *section)
+            columns.append((other - radius) / _STEPS[k] * scale * steep)
         jacobian = _within(np.stack(columns, axis=1), weight, index, count)
         error = _within(gap[:, None], weight, index, count)[:, 0]
         prior = (0.002 / _PRIOR[free]) ** 2 * weight.sum() * 0.02
@@ -210,18 +283,6 @@ def _refined(
         state[free] -= np.clip(step, -0.3 * _PRIOR[free], 0.3 * _PRIOR[free])
         state[:4] = np.clip(state[:4], -_FARTHEST, _FARTHEST)
     return state
-
-
-def _outside(
-    points: Array, normals: Array, axes: Array, center: Array, state: Array
-) -> tuple[Mask, Array]:
-    """Return which points are seen from outside on the side, and their normals' part across."""
-    turned = _turned_axes(axes, state)
-    origin = center + state[0] * axes[0] + state[1] * axes[1]
-    places, directions = (points - origin) @ turned.T, normals @ turned.T
-    across = np.hypot(directions[:, 0], directions[:, 1])
-    outwards = np.einsum("ij,ij->i", places[:, :2], directions[:, :2]) > 0.0
-    return outwards & (across > np.sqrt(1.0 - _SIDE**2)), across
 
 
 def body_of(
@@ -237,10 +298,11 @@ def body_of(
         state: (7,) shifts along x and y [m], tilts about them [rad], aspect and power of the
             section, its spin about the axis [rad].
     """
-    height, radius, scale = _distances(points, normals, axes, center, state)
-    outer, steep = _outside(points, normals, axes, center, state)
+    turned, origin = _frame(axes, center, state)
+    outer, steep = _outside(points, normals, turned, origin)
     if outer.sum() < 30:
         return None
+    height, radius, scale = _distances(points, turned, origin, state[4], state[5])
     index, count = slices_of(height[outer], height[outer].min(), height[outer].max())
     medians = slice_medians(radius[outer], index, count)
     low, high = float(height[outer].min()), float(height[outer].max())
@@ -249,10 +311,9 @@ def body_of(
     radii = np.interp(middles, middles[known], medians[known])
     gaps = (radius - np.interp(height, middles, radii)) * scale
     miss = np.abs(gaps[outer] * steep[outer])
-    origin = center + state[0] * axes[0] + state[1] * axes[1]
     return Revolution(
         origin,
-        _turned_axes(axes, state),
+        turned,
         float(state[4]),
         float(state[5]),
         middles,

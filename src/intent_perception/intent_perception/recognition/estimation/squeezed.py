@@ -20,7 +20,7 @@ _POINTS = 350
 _SPREAD = 0.003  # residuals beyond are of other surfaces [m]
 _SIDE = 0.85
 _OUTLINE = 0.6  # weight of the outline against the surface
-_USUAL = np.array([0.75, 2.6])  # aspect and power that are taken where nothing is seen of them
+_USUAL_ASPECT, _USUAL_POWER = 0.75, 2.6  # are taken where nothing is seen of them
 _HABIT = 0.03
 
 
@@ -75,6 +75,7 @@ class _Sight:
         self._low, self._high = float(low), float(high)
         front = float(np.quantile(flat @ ahead, 0.02))
         self._origin = 0.5 * (low + high) * self._right + front * ahead
+        self._sight = np.stack([self._origin, self._right, ahead])
         self._center = center
         index, count = slices_of(points[:, 2], points[:, 2].min(), points[:, 2].max())
         order = np.argsort(index, kind="stable")
@@ -92,20 +93,37 @@ class _Sight:
 
     def cost(self, free: Array) -> float:
         """Return how badly a section fits surface and outline."""
-        aspect, power = float(free[3]), float(free[4])
-        if not (0.4 <= aspect <= 1.6 and 2.0 <= power <= 8.0 and abs(free[1]) < 0.3):
-            return 10.0
-        origin = self._origin + free[0] * self._right + free[1] * self._ahead
-        cosine, sine = np.cos(free[2]), np.sin(free[2])
-        rotation = np.array([[cosine, sine], [-sine, cosine]])
-        surface, widest = _surface_misfit(self._flat, self._bounds, origin, rotation, aspect, power)
-        dual = power / (power - 1.0)
-        direction = np.abs(rotation @ self._right) * np.array([1.0, aspect])
-        half = widest * float((direction**dual).sum() ** (1.0 / dual))
-        middle = float(origin @ self._right)
-        miss = abs(middle + half - self._high) + abs(middle - half - self._low)
-        habit = (aspect - _USUAL[0]) ** 2 + 0.05 * (power - _USUAL[1]) ** 2
-        return float(surface + _OUTLINE * min(miss / 0.01, 3.0) + _HABIT * habit)
+        return float(_cost(free, self._flat, self._bounds, self._sight, self._low, self._high))
+
+
+@kernel
+def _cost(free: Array, flat: Array, bounds: Array, sight: Array, low: float, high: float) -> float:
+    """Return how badly a section fits surface and outline, see `_Sight`.
+
+    Args:
+        free: (5,) shift right and ahead [m], yaw [rad], aspect, power.
+        flat: (N, 2) points, slice after slice [m].
+        bounds: (K + 1,) where each slice begins.
+        sight: (3, 2) rows: where the shifts begin [m], right, ahead.
+        low: where the outline ends on the left, along right [m].
+        high: where it ends on the right [m].
+    """
+    aspect, power = free[3], free[4]
+    if not (0.4 <= aspect <= 1.6 and 2.0 <= power <= 8.0 and abs(free[1]) < 0.3):
+        return 10.0
+    origin = sight[0] + free[0] * sight[1] + free[1] * sight[2]
+    cosine, sine = np.cos(free[2]), np.sin(free[2])
+    rotation = np.array([[cosine, sine], [-sine, cosine]])
+    surface, widest = _surface_misfit(flat, bounds, origin, rotation, aspect, power)
+    dual = power / (power - 1.0)
+    right = sight[1]
+    first = abs(cosine * right[0] + sine * right[1])
+    second = abs(cosine * right[1] - sine * right[0]) * aspect
+    half = widest * (first**dual + second**dual) ** (1.0 / dual)
+    middle = origin[0] * right[0] + origin[1] * right[1]
+    miss = abs(middle + half - high) + abs(middle - half - low)
+    habit = (aspect - _USUAL_ASPECT) ** 2 + 0.05 * (power - _USUAL_POWER) ** 2
+    return float(surface + _OUTLINE * min(miss / 0.01, 3.0) + _HABIT * habit)
 
 
 @kernel

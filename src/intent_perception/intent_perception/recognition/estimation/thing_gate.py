@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats, Mask
+from intent_perception.basics.kernels import kernel
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.objects.model import OBJECT_CLASSES
 from intent_perception.recognition.estimation.class_odds import CLASSES
@@ -36,6 +37,8 @@ _DOUBTED, _UNLIKELY = 0.06, 0.33
 _LEFT_OVER = 150
 """Fewer pixels that a known object leaves of a thing are its rim."""
 _MOSTLY = 0.25
+_HINTED = 0.1
+"""Fewer of a thing's pixels under an object do not hint at one."""
 
 Window = tuple[float, float, float, float]
 
@@ -51,7 +54,8 @@ def things_meant(
     shapes: Sequence[EstimatedShape],
     models: NDArray[np.int64],
     poses: Floats,
-    points: Sequence[Floats],
+    points: Floats,
+    offsets: NDArray[np.int64],
     intrinsics: Floats,
 ) -> NDArray[np.int64]:
     """Return which whole thing each hypothesis (N,) explains, ELSEWHERE where none.
@@ -62,7 +66,8 @@ def things_meant(
         shapes: estimates of all things of the scene.
         models: (N,) numbers.
         poses: (N, 12).
-        points: of each model (P, 3), those that spread widest first [m].
+        points: (P, 3) of all models, those of each that spread widest first [m].
+        offsets: (M + 1,) where each model's points begin.
         intrinsics: (4,).
     """
     meant = np.full(len(models), ELSEWHERE)
@@ -71,12 +76,7 @@ def things_meant(
         return meant
     others = [_window(shape.thing) for shape in shapes if not is_whole(shape)]
     windows = np.array([_window(shape.thing) for shape in whole])
-    drawn = np.array(
-        [
-            _drawn_window(pose, points[int(model)][:_POINTS], intrinsics)
-            for model, pose in zip(models, poses, strict=True)
-        ]
-    )
+    drawn = _drawn_windows(models, poses, points, offsets, intrinsics)
     overlap = _overlaps(drawn, windows)
     elsewhere = overlap.max(axis=1) < 1e-6
     if others:
@@ -90,12 +90,30 @@ def _window(thing: SeenThing) -> Window:
     return (float(thing.left), float(thing.top), float(thing.left + w), float(thing.top + h))
 
 
-def _drawn_window(pose: Floats, points: Floats, intrinsics: Floats) -> Window:
-    placed = points @ pose[:9].reshape(3, 3).T + pose[9:]
-    z = np.maximum(placed[:, 2], 0.05)
-    u = intrinsics[0] * placed[:, 0] / z + intrinsics[2]
-    v = intrinsics[1] * placed[:, 1] / z + intrinsics[3]
-    return float(u.min()), float(v.min()), float(u.max()), float(v.max())
+@kernel
+def _drawn_windows(
+    models: NDArray[np.int64],
+    poses: Floats,
+    points: Floats,
+    offsets: NDArray[np.int64],
+    intrinsics: Floats,
+) -> Array:
+    """Return the window (N, 4) of each hypothesis in the image; the arguments: `things_meant`."""
+    windows = np.empty((len(models), 4))
+    for k in range(len(models)):
+        start, pose = offsets[models[k]], poses[k]
+        left, top, right, bottom = 1e9, 1e9, -1e9, -1e9
+        for i in range(start, min(start + _POINTS, offsets[models[k] + 1])):
+            a, b, c = points[i, 0], points[i, 1], points[i, 2]
+            z = max(pose[6] * a + pose[7] * b + pose[8] * c + pose[11], np.float32(0.05))
+            x = pose[0] * a + pose[1] * b + pose[2] * c + pose[9]
+            y = pose[3] * a + pose[4] * b + pose[5] * c + pose[10]
+            u = intrinsics[0] * x / z + intrinsics[2]
+            v = intrinsics[1] * y / z + intrinsics[3]
+            left, right = min(left, u), max(right, u)
+            top, bottom = min(top, v), max(bottom, v)
+        windows[k, 0], windows[k, 1], windows[k, 2], windows[k, 3] = left, top, right, bottom
+    return windows
 
 
 def _overlaps(first: Array, second: Array) -> Array:
@@ -152,6 +170,23 @@ def _there(
     gaps = [float(np.linalg.norm(s.T_table_object[:3, 3] - middle)) for s in shapes]
     nearest = int(np.argmin(gaps)) if gaps else -1
     return shapes[nearest] if gaps and gaps[nearest] < 0.05 else None
+
+
+def settled(shapes: Sequence[EstimatedShape], hints: Floats) -> Floats:
+    """Return 1 on the pixels (H, W) of whole things that no object may be on, 0 elsewhere.
+
+    Args:
+        shapes: of all things of the scene.
+        hints: (H, W) 1 = an object may be there.
+    """
+    pixels = np.zeros_like(hints)
+    for shape in shapes:
+        thing = shape.thing
+        h, w = thing.mask.shape
+        window = (slice(thing.top, thing.top + h), slice(thing.left, thing.left + w))
+        if is_whole(shape) and hints[window][thing.mask].mean() < _HINTED:
+            pixels[window][thing.mask] = 1.0
+    return pixels
 
 
 def left_over(

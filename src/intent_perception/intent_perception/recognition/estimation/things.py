@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats, Mask
+from intent_perception.basics.kernels import kernel
 from intent_perception.scene.scene_view import SceneView
 
 _CELL = 0.004
@@ -27,7 +28,9 @@ _JUMP = 0.02
 """A neighbour nearer to the camera by this hides what is behind it [m]."""
 _RAISED, _TOUCH, _REACHED = 0.008, 0.03, 0.10
 """Height of an arm, its distance behind a thing that it touches [m], share of the outline."""
-_BORDER = 3
+_BORDER, _BESIDE = 3, 5
+_ENOUGH = 4000
+"""More pixels do not make the table's colour better known."""
 _TABLE_COLOR = 7.0
 """Colours this many times further from the table's own than those spread are another thing's."""
 _REACH = 0.25
@@ -123,11 +126,21 @@ def _reached_for(scene: SceneView, mask: Mask) -> bool:
 
     What is left of it beside a hand tells nothing of its shape.
     """
-    raised = (scene.parts.height > _RAISED) & (scene.parts.mask == 0)
+    near = _window(mask)
+    mask, smooth = mask[near], scene.image.smooth[near]
+    raised = (scene.parts.height[near] > _RAISED) & (scene.parts.mask[near] == 0)
     ring = (cv2.dilate(mask.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0) & ~mask
-    own = cv2.dilate(np.where(mask, scene.image.smooth, np.float32(0.0)), np.ones((5, 5)))
-    touching = ring & raised & (scene.image.smooth < own + _TOUCH)
+    own = cv2.dilate(np.where(mask, smooth, np.float32(0.0)), np.ones((5, 5)))
+    touching = ring & raised & (smooth < own + _TOUCH)
     return bool(touching.sum() > _REACHED * ring.sum())
+
+
+def _window(mask: Mask) -> tuple[slice, slice]:
+    """Return rows and columns of the pixels (H, W), and of those that are looked at beside them."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    low = max(0, int(rows[0]) - _BESIDE), max(0, int(columns[0]) - _BESIDE)
+    high = int(rows[-1]) + 1 + _BESIDE, int(columns[-1]) + 1 + _BESIDE
+    return slice(low[0], high[0]), slice(low[1], high[1])
 
 
 def thing_of(
@@ -159,16 +172,15 @@ def thing_of(
 
 def _hidden(scene: SceneView, mask: Mask) -> float:
     """Return the share of a thing's outline behind which it may go on."""
-    depth = scene.image.depth
+    inside = mask[_BORDER:-_BORDER, _BORDER:-_BORDER]
+    ends = int(mask.sum()) - int(inside.sum())
+    near = _window(mask)
+    mask, depth = mask[near], scene.image.depth[near]
     grown = cv2.dilate(mask.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
-    own = np.where(mask, scene.image.smooth, np.float32(0.0))
+    own = np.where(mask, scene.image.smooth[near], np.float32(0.0))
     nearest = cv2.dilate(own, np.ones((9, 9), np.uint8))
     around = grown & ~mask
-    hides = around & (depth > 0.0) & (depth < nearest - _JUMP) & (scene.parts.mask == 1)
-    border = np.zeros_like(mask)
-    border[:_BORDER], border[-_BORDER:] = True, True
-    border[:, :_BORDER], border[:, -_BORDER:] = True, True
-    ends = int((mask & border).sum())
+    hides = around & (depth > 0.0) & (depth < nearest - _JUMP) & (scene.parts.mask[near] == 1)
     return float((hides.sum() / 3.0 + ends) / max(around.sum() / 3.0 + ends, 1.0))
 
 
@@ -205,13 +217,32 @@ def _flat_parts(scene: SceneView, mask: Mask, T_table_camera: Array, height: flo
 
 def _unlike_table(color: Floats, bare: Mask) -> Mask:
     """Return the pixels (H, W) of a colour that is neither the table's nor its shadow's."""
-    if bare.sum() < 200:
+    seen = color[bare]
+    if len(seen) < 200:
         return np.zeros_like(bare)
-    table = np.median(color[bare], axis=0)
-    spread = 1.5 * np.median(np.abs(color[bare] - table), axis=0) + 0.008
-    # The shade of the table's colour that is nearest to each pixel's.
+    seen = seen[:: len(seen) // _ENOUGH + 1]
+    table = np.median(seen, axis=0)
+    spread = 1.5 * np.median(np.abs(seen - table), axis=0) + np.float32(0.008)
+    return np.asarray(_unlike(color, table, spread))
+
+
+@kernel
+def _unlike(color: Floats, table: Floats, spread: Floats) -> Mask:
+    """Return the pixels (H, W) that no shade of the table's colour (3,) comes near, in spreads."""
+    height, width = color.shape[:2]
+    unlike = np.empty((height, width), np.bool_)
     scaled = table / spread
-    shade = np.clip((color / spread) @ scaled / (scaled @ scaled), 0.35, 1.1)
-    off = np.linalg.norm((color - shade[..., None] * table) / spread, axis=2)
-    whole = np.linalg.norm((color - table) / spread, axis=2)
-    return np.asarray((off > _TABLE_COLOR) & (whole > _TABLE_COLOR))
+    length = (scaled * scaled).sum()
+    for j in range(height):
+        for i in range(width):
+            along = np.float32(0.0)
+            for k in range(3):
+                along += color[j, i, k] / spread[k] * scaled[k]
+            # The shade that is nearest to the pixel's.
+            shade = min(max(along / length, np.float32(0.35)), np.float32(1.1))
+            off, whole = np.float32(0.0), np.float32(0.0)
+            for k in range(3):
+                off += ((color[j, i, k] - shade * table[k]) / spread[k]) ** 2
+                whole += ((color[j, i, k] - table[k]) / spread[k]) ** 2
+            unlike[j, i] = off > _TABLE_COLOR**2 and whole > _TABLE_COLOR**2
+    return unlike

@@ -15,7 +15,8 @@ from intent_perception.objects.families.tool_drafts import (
     screwdriver_draft,
 )
 from intent_perception.recognition.estimation.estimated_parts import Draft, color_of
-from intent_perception.recognition.estimation.outlines import Outline, long_frame
+from intent_perception.recognition.estimation.outlines import SIDES, TOP, Outline, long_frame
+from intent_perception.recognition.estimation.revolution import slice_quantiles
 from intent_perception.recognition.estimation.things import SeenThing
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -86,13 +87,9 @@ def _strip(thing: SeenThing, outline: Outline) -> _Strip | None:
     if last - first < 0.05:
         return None
     step = (last - first) / _STEPS
-    index = np.clip(((flat[:, 0] - first) / step).astype(int), 0, _STEPS - 1)
-    edges = np.full((_STEPS, 3), np.nan)
-    for k in range(_STEPS):
-        here = index == k
-        if here.sum() >= 3:
-            edges[k, :2] = np.quantile(flat[here, 1], [0.03, 0.97])
-            edges[k, 2] = np.quantile(points[here, 2], 0.9)
+    index = np.clip(((flat[:, 0] - first) / step).astype(np.int64), 0, _STEPS - 1)
+    sides = slice_quantiles(flat[:, 1].copy(), index, _STEPS, SIDES, 3)
+    edges = np.hstack([sides, slice_quantiles(points[:, 2].copy(), index, _STEPS, TOP, 3)])
     known = np.isfinite(edges[:, 0])
     if known.sum() < 6:
         return None

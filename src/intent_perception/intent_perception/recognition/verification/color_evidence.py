@@ -3,6 +3,7 @@
 import numpy as np
 
 from intent_perception.basics.arrays import Floats
+from intent_perception.basics.kernels import exact_kernel
 
 _CHROMA_SPREAD = 0.05  # lamps and white balance shift r/(r+g+b) about this much
 _LIGHT_SPREAD = 1.0  # shading changes the logarithm of the brightness about this much
@@ -23,7 +24,7 @@ def color_mismatch(seen: Floats, color: Floats) -> float:
     """
     if len(seen) < _LEAST_PIXELS or not np.isfinite(color).all():
         return 0.0
-    middle = np.median(seen[:: len(seen) // _ENOUGH + 1], axis=0) + 0.01
+    middle = _middle(seen[:: len(seen) // _ENOUGH + 1]) + 0.01
     expected = color + 0.01
     # differences from grey of the same brightness
     tint, model_tint = middle / middle.sum() - 1.0 / 3.0, expected / expected.sum() - 1.0 / 3.0
@@ -33,3 +34,12 @@ def color_mismatch(seen: Floats, color: Floats) -> float:
     light = np.log(middle.sum() / expected.sum())
     squares = (chroma @ chroma) / _CHROMA_SPREAD**2 + (light / _LIGHT_SPREAD) ** 2
     return float(0.5 * squares + 0.5 * ((1.0 - share) / _PALENESS_SPREAD) ** 2)
+
+
+@exact_kernel
+def _middle(colors: Floats) -> Floats:
+    """Return the median (3,) of colours (N, 3)."""
+    middle = np.empty(3, np.float32)
+    for k in range(3):
+        middle[k] = np.median(colors[:, k])
+    return middle

@@ -1,12 +1,15 @@
 """Command: fit the odds of the classes to rendered things, and write them into the package.
 
-python -m intent_perception.fit_classes [--scenes N] [--data FOLDER]
+python -m intent_perception.fit_classes [--scenes N] [--more N] [--data FOLDER]
 
-Scenes of seeds below 1000; every second mesh of others is held back for the benchmark.
+Scenes of seeds below 1000, and as many as wanted that are like them but hold more kinds of things;
+every second mesh of others is held back for the benchmark.
 """
 
 import argparse
 import os
+from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -19,23 +22,25 @@ from intent_perception.recognition.estimation.belongings import readings_of
 from intent_perception.recognition.estimation.class_odds import CLASSES, FITTED
 from intent_perception.scene.scene_view import SceneView
 from intent_perception.scene.segmentation import segment
-from intent_perception.workshop.scenes.unseen_scenes import unseen_scene
+from intent_perception.workshop.scenes.table_scenes import TabletopScene
+from intent_perception.workshop.scenes.training_scenes import training_scene
+from intent_perception.workshop.scenes.unseen_scenes import HELD_BACK, unseen_scene
 
 _PURE = 0.8  # of a thing's pixels are of one object: else it is two in one
 _SEEN = 0.5  # of an object that is fitted to
-_HIDDEN_UNITS = 28
+_HIDDEN_UNITS = 64
 _NETS = 4
-_DECAY = 0.6
+_DECAY = 0.1
+_EPOCHS = 150
 _FOLDS = 4
 _LEAST_HANDLE = 12  # pixels of a handle that must be seen for a mug
 
 
-def examples(seeds: range, meshes: Path | None) -> tuple[Array, Array, Array]:
+def examples(scenes: Iterable[TabletopScene]) -> tuple[Array, Array, Array]:
     """Return features (N, F), class numbers (N,) and scenes (N,) of rendered things."""
     features, classes, origin = [], [], []
     config = DetectorConfig()
-    for seed in seeds:
-        scene = unseen_scene(seed, meshes)
+    for number, scene in enumerate(scenes):
         image = oriented_scene(scene.frame, config)
         table = table_of(image, config)
         if table is None:
@@ -53,7 +58,7 @@ def examples(seeds: range, meshes: Path | None) -> tuple[Array, Array, Array]:
                 continue
             features.append(outline.features)
             classes.append(CLASSES.index(truth.model.object_class))
-            origin.append(seed)
+            origin.append(number)
     return np.array(features), np.array(classes), np.array(origin)
 
 
@@ -87,7 +92,7 @@ def _nets(values: Array, classes: Array) -> list[Any]:
     nets = []
     for seed in range(_NETS):
         net = MLPClassifier(
-            (_HIDDEN_UNITS,), alpha=_DECAY, max_iter=400, random_state=seed, tol=1e-5
+            (_HIDDEN_UNITS,), alpha=_DECAY, max_iter=_EPOCHS, random_state=seed, tol=1e-4
         )
         nets.append(net.fit(values, classes))
     return nets
@@ -103,12 +108,16 @@ def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=int, default=990)
+    parser.add_argument("--more", type=int, default=1290)
     parser.add_argument(
         "--data", type=Path, default=Path(os.environ.get("INTENT_DATA", "../shared/data"))
     )
     arguments = parser.parse_args()
-    meshes = arguments.data / "meshes"
-    found = examples(range(min(arguments.scenes, 1000)), meshes if meshes.is_dir() else None)
+    folder = arguments.data / "meshes"
+    meshes = folder if folder.is_dir() else None
+    scenes = (unseen_scene(seed, meshes) for seed in range(min(arguments.scenes, HELD_BACK)))
+    more = (training_scene(number, meshes) for number in range(arguments.more))
+    found = examples(chain(scenes, more))
     weights, odds = fitted(*found)
     write_arrays(FITTED, weights)
     right = odds.argmax(axis=1) == found[1]

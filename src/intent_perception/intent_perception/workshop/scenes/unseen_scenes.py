@@ -23,7 +23,8 @@ _DISTANCES = (0.60, 1.05)
 _STANDING = 0.8
 _NONE = 0.36  # share of things that belong to no class
 _FROM_FILE = 0.35
-_HELD_BACK = 1000  # from this seed on all files are used, below it every second one
+HELD_BACK = 1000
+"""From this seed on all files are used, below it every second one."""
 _UP = {
     "x": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
     "y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
@@ -113,6 +114,11 @@ def unseen_scene(seed: int, meshes: Path | None) -> TabletopScene:
     """
     rng = np.random.default_rng(seed)
     things = [_thing(seed, k, meshes, rng) for k in range(int(rng.integers(2, 6)))]
+    return household_scene(things, rng)
+
+
+def household_scene(things: list[ObjectModel], rng: np.random.Generator) -> TabletopScene:
+    """Return a scene of some things that stand apart, before a camera with more or less noise."""
     strength = rng.uniform(0.5, 1.2)
     noise = KinectNoise()
     noise = replace(
@@ -129,16 +135,16 @@ def _thing(seed: int, number: int, meshes: Path | None, rng: np.random.Generator
     name = f"thing_{number}"
     if meshes is None or rng.random() >= _FROM_FILE:
         return unseen_thing(kind, rng, name)
-    files = FILES[kind] if seed >= _HELD_BACK else FILES[kind][::2]
+    files = FILES[kind] if seed >= HELD_BACK else FILES[kind][::2]
     file, up = files[rng.integers(len(files))]
     scale = rng.uniform(0.92, 1.08)
     return foreign_thing(meshes / file, up, kind, name, rng.uniform(0.1, 0.95, 3), scale)
 
 
 def foreign_thing(
-    path: Path, up: str, kind: str, name: str, color: Array, scale: float = 1.0
+    path: Path, up: str, kind: str, name: str, color: Array, scale: float | Array = 1.0
 ) -> ObjectModel:
-    """Return the thing of a mesh file, with the given axis of it as z."""
+    """Return the thing of a mesh file, with the given axis of it as z; scales may be of x, y, z."""
     mesh, _ = read_mesh(path)
     turned = Mesh(scale * mesh.vertices @ _UP[up].T, mesh.faces)
     red, green, blue = (float(value) for value in color)
