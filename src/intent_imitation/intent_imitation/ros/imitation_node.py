@@ -1,5 +1,6 @@
 """ROS node: the task and the robot's own table in, object and ranked grasps for the robot out."""
 
+from concurrent.futures import wait
 from typing import Any
 
 from intent_msgs import msg as msgs
@@ -20,6 +21,9 @@ from intent_perception.ros.node import (
 )
 from intent_perception.ros.shaped_objects import listen_for_objects
 
+_PREPARED = 4.0
+"""For so long the node waits for what it prepares before it says that it is ready [s]."""
+
 
 class ImitationNode(IntentNode):
     """Plans once a task is concluded and the robot's table is known, whichever comes first.
@@ -34,7 +38,8 @@ class ImitationNode(IntentNode):
         self._planner = GraspPlanner(database, declared(self, PlannerConfig()))
         self._planner.rehearse()
         self._workshop = aside()
-        self._workshop.submit(self._planner.prepare)
+        # Objects without a library take a second each: few are ready when the node is.
+        wait({self._workshop.submit(self._planner.prepare)}, timeout=_PREPARED)
         self._publisher = LatestResult(self, msgs.GraspPlan, "intent/grasp_plan")
         self.reset()
         listen_for_objects(self, "~/robot_objects", "~/robot_shapes", database, self._on_objects)
