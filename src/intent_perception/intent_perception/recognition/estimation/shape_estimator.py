@@ -27,6 +27,8 @@ _LEAST_ODDS, _LEAST_RATIO = 0.3, 0.6
 seeds below 1000, with networks that had seen neither their scene nor their mesh, .072 of no class
 are called one and .87 of the others are told; with a ratio of 1 .040 and .853."""
 _SURE = 0.8
+"""Of what "none" and the class have together, from when on the class is said though no shape of it
+was found: whether it is a mug or a glass does not make it neither."""
 _WORSE, _DOUBTFULLY_WORSE = 0.45, 0.30
 """A shape of a class that is so much less like the thing than a plain one is not its shape."""
 _LEAST_LIKE = 0.25
@@ -88,7 +90,7 @@ def estimated_shape(
         special = judge.best(_drafts(thing, outline, object_class), object_class in _TOOLS)
         if special is not None and _stands_up(special[1], plain and plain[1], odds[best]):
             chosen = special
-        elif odds[best] < _SURE:
+        elif odds[best] < _SURE * (odds[best] + odds[0]):
             object_class = ""
         bare = chosen is not special
     if chosen is None:
