@@ -37,7 +37,9 @@ _REGION = 48  # edge of the image regions between which the drawing is shared ou
 _PER_REGION = 36
 _PER_MODEL = 3  # in one region
 _PER_THING = 24  # of what is known to be one thing, and how large
-_MOST = 300  # in all: what bounds the work where a whole arm or room is taken for objects
+MOST_AT_FIRST, MOST_LATER = 200, 180
+"""In the first look and in the second: what bounds the work in a crowd, or where a whole arm or
+room is taken for objects."""
 _MOST_PIXELS = 800_000  # that they cover together: near things are large, and fewer are drawn
 _CLEAR = 0.3  # evidence of pixels whose colour counts
 _LEAST_CONTOUR_FACTOR = 0.85  # neighbours may touch: the contour alone rules nothing out
@@ -158,11 +160,16 @@ class PoseJudge:
         models: NDArray[np.int64],
         poses: Floats,
         shapes: Sequence[EstimatedShape] = (),
+        most: int = MOST_AT_FIRST,
     ) -> tuple[NDArray[np.int64], Floats]:
         """Return the hypotheses worth drawing, aligned to the scene, best first in each region.
 
-        Those that are much smaller or larger than the thing at their place, one of the estimated
-        shapes, are not.
+        Args:
+            models: (N,) numbers.
+            poses: (N, 12), which are changed.
+            shapes: estimated ones. Hypotheses that are much smaller or larger than the thing at
+                their place are not worth drawing.
+            most: how many at most.
         """
         library, scene = self._library, self._focus
         surface = (library.points, library.normals, library.offsets)
@@ -187,7 +194,7 @@ class PoseJudge:
         taken_by: dict[int, int] = {}
         kept: list[int] = []
         for k in np.argsort(-worth, kind="stable"):
-            if len(kept) >= _MOST or room <= 0.0:
+            if len(kept) >= most or room <= 0.0:
                 break
             place, own = int(region[k]), (int(region[k]), int(models[k]))
             if score[k] < _LEAST_SCORE or taken.get(place, 0) >= _PER_REGION:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.recognition.candidates import PoseJudge
+from intent_perception.recognition.candidates import MOST_AT_FIRST, MOST_LATER, PoseJudge
 from intent_perception.recognition.confidence import confidence, features_of
 from intent_perception.recognition.conflict import gains, quality_of, select
 from intent_perception.recognition.detector_config import (
@@ -203,7 +203,8 @@ class Detector:
         draws = Draws.of(self.config, len(self.library), pixels, whole, share)
         slots, made = drawn_poses(focus, self.library, self.config, draws, rng)
         judge = PoseJudge(self.library, scene, self.config.tolerance, focus)
-        models, poses = judge.aligned(*slots.best(draws.refined_per_model), shapes)
+        most = MOST_AT_FIRST if share < 1.0 else MOST_LATER
+        models, poses = judge.aligned(*slots.best(draws.refined_per_model), shapes, most)
         return Candidates(models, poses, judge.evidence(models, poses)), made
 
     def _chosen(
