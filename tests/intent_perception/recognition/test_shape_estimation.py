@@ -135,14 +135,3 @@ def test_of_very_many_things_the_largest_are_looked_at() -> None:
     sizes = [float(np.prod(thing.shape.size)) for thing in answer.objects if thing.shape]
     assert len(sizes) <= 12
     assert max(sizes) == pytest.approx(float(np.prod(scene.objects[0].model.size)), rel=0.3)
-
-
-def test_what_is_lower_than_the_noise_of_a_pixel_is_found_by_many() -> None:
-    scene = alone(made(any_can, "", 0), 0)
-    assert [shape.thing.low for shape in look(scene)] == [False]
-    depth = scene.frame.depth.copy()
-    depth[390:404, 100:220] -= 0.005  # as cutlery lies
-    higher = replace(scene, frame=replace(scene.frame, depth=depth))
-    (low,) = [shape for shape in look(higher) if shape.thing.low]
-    assert low.thing.pixels == pytest.approx(14 * 120, rel=0.3)
-    assert things_alone(higher.frame).objects[-1].shape is not None

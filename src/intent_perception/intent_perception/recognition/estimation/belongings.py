@@ -9,9 +9,6 @@ from intent_perception.recognition.estimation.things import SeenThing, thing_of,
 from intent_perception.scene.scene_view import SceneView
 
 _ROUND = 0.85  # bodies that fit worse tell nothing about what is near them
-_MOST_UNSEEN = 0.75
-"""Nor do those whose radius is more of the seen breadth than this: a flat side fits any large one.
-Of a body whose whole near side is seen it is 0.5."""
 _MOST_INSIDE = 0.7  # of a piece's points: then it is the body's inside
 _REACH = 0.055  # of a handle [m]
 _NARROW = 0.018  # half width of a handle [m]
@@ -52,7 +49,7 @@ def _owners(pieces: list[tuple[SeenThing, Outline]]) -> list[int]:
     owners = list(range(len(pieces)))
     for k, (thing, outline) in enumerate(pieces):
         body = outline.round
-        if body is None or not _is_told(thing, body):
+        if body is None or body.share < _ROUND or not body.is_told(thing.points):
             continue
         for j, (other, _) in enumerate(pieces):
             if j == k or owners[j] != j or owners[k] != k:
@@ -60,13 +57,6 @@ def _owners(pieces: list[tuple[SeenThing, Outline]]) -> list[int]:
             if _is_inside(thing, body, other) or _is_handle(thing, body, other):
                 owners = [k if owner == j else owner for owner in owners]
     return owners
-
-
-def _is_told(thing: SeenThing, body: Revolution) -> bool:
-    """Return whether a body is well enough known to tell what is in or at it."""
-    breadth = float(np.ptp(thing.points[:, :2], axis=0).max())
-    known = float(body.radii.max()) * max(1.0, body.aspect) <= _MOST_UNSEEN * breadth
-    return body.share >= _ROUND and known
 
 
 def _is_inside(thing: SeenThing, body: Revolution, other: SeenThing) -> bool:

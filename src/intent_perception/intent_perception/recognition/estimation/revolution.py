@@ -21,6 +21,9 @@ _ROUNDS = 6
 _SPREAD = 0.003  # residuals beyond are of other surfaces [m]
 _SIDE = 0.85  # sine of the steepest angle between a side's normal and the section
 _CLOSE = 0.005  # points so near the surface belong to it [m]
+_MOST_UNSEEN = 0.75
+"""Largest radius of a body of which enough is seen, as a share of the seen breadth; it is 0.5 where
+the whole near side is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,11 @@ class Revolution:
     def radius_at(self, heights: Array) -> Array:
         """Return the half widths along x at some heights [m]."""
         return np.interp(heights, self.heights, self.radii)
+
+    def is_told(self, points: Array) -> bool:
+        """Return whether points (N, 3) tell how wide it is: a flat side fits any large body."""
+        breadth = float(np.ptp(self.places(points)[:, :2], axis=0).max())
+        return float(self.radii.max()) * max(1.0, self.aspect) <= _MOST_UNSEEN * breadth
 
 
 def section_radius(places: Array, aspect: float, power: float) -> Array:

@@ -26,10 +26,6 @@ _LEAST_ODDS, _LEAST_RATIO = 0.3, 0.6
 """A class less probable, or of less than this share of what "none" has, is not said. Of things of
 seeds below 1000, with networks that had seen neither their scene nor their mesh, .072 of no class
 are called one and .87 of the others are told; with a ratio of 1 .040 and .853."""
-_LOW_KNIVES = 0.4
-"""Of things as low as the table's noise, of which the networks have seen none and call nearly all
-knives: of 10 in 270 scenes to develop on 4 are, the others cutlery of other kinds. No class is said
-of them."""
 _SURE = 0.8
 """Of what "none" and the class have together, from when on the class is said though no shape of it
 was found: whether it is a mug or a glass does not make it neither."""
@@ -84,12 +80,12 @@ def estimated_shape(
     thing: SeenThing, outline: Outline, scene: SceneView, T_table_camera: Array
 ) -> EstimatedShape | None:
     """Return the shape of one thing, None where not even a hull can be made of it."""
-    odds = _odds(thing, outline)
+    odds = class_odds(outline.features)
     judge = _Judge(thing, scene, T_table_camera)
     plain = judge.best(_drafts(thing, outline, ""))
     best = 1 + int(np.argmax(odds[1:]))  # of the classes; the first is none
     chosen, object_class, bare = plain, "", False
-    if not thing.low and odds[best] >= max(_LEAST_ODDS, _LEAST_RATIO * odds[0]):
+    if odds[best] >= max(_LEAST_ODDS, _LEAST_RATIO * odds[0]):
         object_class = CLASSES[best]
         special = judge.best(_drafts(thing, outline, object_class), object_class in _TOOLS)
         if special is not None and _stands_up(special[1], plain and plain[1], odds[best]):
@@ -106,15 +102,6 @@ def estimated_shape(
         model = replace(model, functions=None)
     T_table_object = draft.T_table_draft @ make_pose(np.eye(3), draft.made.mesh.bounds.mean(axis=0))
     return EstimatedShape(model, T_table_object, confidence, likeness, thing, odds)
-
-
-def _odds(thing: SeenThing, outline: Outline) -> Array:
-    """Return the probability (7,) of each of CLASSES."""
-    if not thing.low:
-        return class_odds(outline.features)
-    odds = np.zeros(len(CLASSES))
-    odds[CLASSES.index("knife")], odds[0] = _LOW_KNIVES, 1.0 - _LOW_KNIVES
-    return odds
 
 
 def _stands_up(special: Likeness, plain: Likeness | None, odds: float) -> bool:

@@ -220,5 +220,5 @@ def _remaining(thing: SeenThing, scene: SceneView) -> Mask:
     mask = np.zeros(scene.shape, dtype=bool)
     h, w = thing.mask.shape
     window = (slice(thing.top, thing.top + h), slice(thing.left, thing.left + w))
-    mask[window] = thing.mask & ((scene.parts.mask[window] == 1) | thing.low)
+    mask[window] = thing.mask & (scene.parts.mask[window] == 1)
     return mask

@@ -1,6 +1,6 @@
 """Things: what stands apart from everything else on the table, known or not."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats, Mask
 from intent_perception.basics.kernels import kernel
-from intent_perception.recognition.estimation.low_things import low_things
 from intent_perception.scene.scene_view import SceneView
 
 _CELL = 0.004
@@ -65,8 +64,6 @@ class SeenThing:
     """Share of its outline at which something nearer may hide more of it, or the image ends."""
     flat: Array
     """(M, 3) points of the table that have a thing's colour and touch it [m]."""
-    low: bool = False
-    """Whether it is as low as the table's noise, so that its pixels are not those of objects."""
 
     @property
     def pixels(self) -> int:
@@ -92,7 +89,7 @@ def things_in(scene: SceneView, T_table_camera: Array, rng: np.random.Generator)
     sizes[0] = 0  # no thing
     large = np.flatnonzero(sizes >= _SMALLEST)
     large = np.sort(large[np.argsort(-sizes[large], kind="stable")[:_MOST_THINGS]])
-    found, taken = [], np.zeros(scene.shape, dtype=bool)
+    found = []
     for number in large:
         mask = labels == number
         if not _reached_for(scene, mask):
@@ -100,9 +97,6 @@ def things_in(scene: SceneView, T_table_camera: Array, rng: np.random.Generator)
             flat = thing.height >= _FLATTEST and len(thing.flat) >= _MUCH_FLAT
             if thing.height >= _LEAST_HEIGHT or flat:
                 found.append(thing)
-                taken |= mask
-    for mask in low_things(scene, taken, _MOST_THINGS - len(found)):
-        found.append(replace(thing_of(scene, mask, T_table_camera, rng), low=True))
     return found
 
 

@@ -39,7 +39,7 @@ _OPEN_SHARE = 0.25  # from this depth on, as a share of the height, a thing is h
 def standing_vessel(thing: SeenThing, outline: Outline, object_class: str) -> Draft | None:
     """Return the vessel of a class that stands there, None where no body fits."""
     body = outline.standing
-    if body is None:
+    if body is None or not body.is_told(thing.points):
         return None
     top = thing.height
     rows = _rows(body, 0.0, top)
@@ -53,7 +53,7 @@ def standing_vessel(thing: SeenThing, outline: Outline, object_class: str) -> Dr
 def lying_vessel(thing: SeenThing, outline: Outline, object_class: str) -> Draft | None:
     """Return the vessel of a class that lies there, None where no body fits."""
     body = outline.lying
-    if body is None:
+    if body is None or not body.is_told(thing.points):
         return None
     inside = ~body.outer & (body.gaps < -0.004)
     along = body.places(thing.points)[:, 2]
