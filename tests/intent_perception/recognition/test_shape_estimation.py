@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from intent_perception.geometry.transforms import inverse
+from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.families.designed_object import DesignedObject, finish
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.detector_config import DetectorConfig, oriented_scene, table_of
@@ -18,6 +19,7 @@ from intent_perception.recognition.estimation.shape_estimator import (
 )
 from intent_perception.recognition.estimation.thing_gate import is_whole, settled
 from intent_perception.recognition.recognizer import things_alone
+from intent_perception.recognition.rehearsal_scene import rehearsal_things
 from intent_perception.scene.scene_view import SceneView
 from intent_perception.scene.segmentation import segment
 from intent_perception.workshop.scenes.table_scenes import TabletopScene, tabletop_scene
@@ -135,3 +137,9 @@ def test_of_very_many_things_the_largest_are_looked_at() -> None:
     sizes = [float(np.prod(thing.shape.size)) for thing in answer.objects if thing.shape]
     assert len(sizes) <= 12
     assert max(sizes) == pytest.approx(float(np.prod(scene.objects[0].model.size)), rel=0.3)
+
+
+def test_set_up_goes_through_the_shapes_of_every_class() -> None:
+    models = {model.object_class: model for model in ObjectDatabase.load()}
+    answer = things_alone(rehearsal_things(list(models.values())))
+    assert [item.object_class for item in answer.objects] == list(models)

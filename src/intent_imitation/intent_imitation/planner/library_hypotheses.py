@@ -17,6 +17,8 @@ from intent_perception.objects.database import ObjectDatabase, ObjectModel
 from intent_perception.objects.model_memory import ModelMemory
 from intent_tracking.grasp.grasp_features import palm_center
 
+_FEW = 24
+
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
@@ -50,6 +52,10 @@ class HypothesisSource:
         """Return the models of a known class of which the library has no grasps."""
         names = (name for name in self._models.names if name not in self._library.sets)
         return [name for name in names if self._models[name].object_class]
+
+    def rehearse(self, model: ObjectModel) -> None:
+        """Go once through what an object without a library needs, with a few tries."""
+        hypotheses_of(model, model.object_class, plan_unshaken(model, self._hand, _FEW), self._hand)
 
     def model(self, name: str) -> ObjectModel:
         """Return a model of the database."""

@@ -165,6 +165,10 @@ class GraspPlanner:
             self.plan(task)
         self._objects = None
 
+    def rehearse_unpractised(self) -> None:
+        """Go once through what only objects without a library need: set-up has it compiled."""
+        self._source.rehearse(self._example)
+
     @property
     def config(self) -> PlannerConfig:
         """Thresholds and gaps."""

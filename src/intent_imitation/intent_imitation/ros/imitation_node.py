@@ -45,6 +45,10 @@ class ImitationNode(IntentNode):
         listen_for_objects(self, "~/robot_objects", "~/robot_shapes", database, self._on_objects)
         self.listen_for_news(msgs.TaskPosterior, "intent/task_posterior", self._on_posterior)
 
+    def rehearse_rare(self) -> None:
+        """Compile what objects without a library need."""
+        self._planner.rehearse_unpractised()
+
     def reset(self) -> None:
         """Forget the task that waits for a table, and the answer to the one before."""
         self._publisher.take_back()

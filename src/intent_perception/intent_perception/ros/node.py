@@ -197,6 +197,9 @@ class IntentNode(Node):
     def reset(self) -> None:
         """Forget the past, as after a start; nodes with a memory override it."""
 
+    def rehearse_rare(self) -> None:
+        """Go once through what few runs need; set-up has it compiled. Some nodes override it."""
+
     def close(self) -> None:
         """Put in order what is open when the node ends; nodes with files or doors override it."""
 
@@ -494,7 +497,9 @@ def run(kind: Callable[[], IntentNode]) -> None:
         for number, handler in usual.items():
             signal.signal(number, handler)
         install_signal_handlers()
-        if "--rehearse" not in sys.argv:
+        if "--rehearse" in sys.argv:
+            node.rehearse_rare()
+        else:
             node.announce()
             rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):

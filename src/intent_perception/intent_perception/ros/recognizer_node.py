@@ -9,8 +9,8 @@ from intent_perception.bags.frame_assembly import NANOSECONDS
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame, depth_advice
 from intent_perception.recognition import recognizer as recognized
-from intent_perception.recognition.recognizer import Recognizer, RecognizerConfig
-from intent_perception.recognition.rehearsal_scene import rehearsal_frames
+from intent_perception.recognition.recognizer import Recognizer, RecognizerConfig, things_alone
+from intent_perception.recognition.rehearsal_scene import rehearsal_frames, rehearsal_things
 from intent_perception.ros.camera_frames import CameraFrames, FramesConfig
 from intent_perception.ros.convert import objects_to_msg
 from intent_perception.ros.latest_result import LatestResult
@@ -72,6 +72,11 @@ class RecognizerNode(IntentNode):
         for frame in rehearsal_frames(self._database.example, 3):
             self._recognizer.step(frame)
         self._recognizer.reset()
+
+    def rehearse_rare(self) -> None:
+        """Estimate the shape of one thing of each class, as if none were known."""
+        classes = {model.object_class: model for model in self._database}
+        things_alone(rehearsal_things(list(classes.values())))
 
     def _is_due(self, stamp: int) -> bool:
         return self._looked < 0 or stamp - self._looked >= self._period

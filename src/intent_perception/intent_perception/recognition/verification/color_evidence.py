@@ -24,7 +24,7 @@ def color_mismatch(seen: Floats, color: Floats) -> float:
     """
     if len(seen) < _LEAST_PIXELS or not np.isfinite(color).all():
         return 0.0
-    middle = _middle(seen[:: len(seen) // _ENOUGH + 1]) + 0.01
+    middle = _middle(np.ascontiguousarray(seen[:: len(seen) // _ENOUGH + 1])) + 0.01
     expected = color + 0.01
     # differences from grey of the same brightness
     tint, model_tint = middle / middle.sum() - 1.0 / 3.0, expected / expected.sum() - 1.0 / 3.0
