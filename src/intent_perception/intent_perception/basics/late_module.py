@@ -35,8 +35,10 @@ def need(*names: str) -> None:
 def remedy(error: ModuleNotFoundError) -> str:
     """Return one sentence: what is missing and which command installs it."""
     name = (error.name or str(error)).partition(".")[0]
-    kind = "dev" if name in DEVELOPMENT else ""
-    command = "scripts/setup.sh --dev" if kind else "scripts/setup.sh"
+    develops = name in DEVELOPMENT
     if sys.prefix == sys.base_prefix:  # the system's own Python: a colcon workspace of the user's
-        command = f"rosdep install, then pip install -r requirements-{kind or 'rosdep'}.txt"
+        file = "requirements-dev.txt" if develops else "requirements-rosdep.txt"
+        command = f"rosdep install, then pip install -r {file}"
+    else:
+        command = "scripts/setup.sh --dev" if develops else "scripts/setup.sh"
     return f"the Python module {name} is not installed; run {command}"

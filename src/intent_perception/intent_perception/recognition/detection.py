@@ -106,7 +106,8 @@ class Detector:
             candidates, made = candidates.joined(more), made + extra
             if len(more.models):
                 found, focus = self._judged(scene, judge, candidates)
-            focus = self._unsettled(found, shapes, focus, judge)
+            if not complete:
+                focus = self._unsettled(found, shapes, focus, judge)
             kept = self._uncontradicted(found, shapes, scene)
             rest = self._unexplained(kept, shapes, scene, judge) if complete else ()
             yield Findings(kept, image, scene.parts, made, complete, rest)
