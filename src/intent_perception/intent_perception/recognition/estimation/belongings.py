@@ -37,8 +37,7 @@ def readings_of(
             mask = np.zeros(scene.shape, dtype=bool)
             for j in own:
                 piece = pieces[j][0]
-                h, w = piece.mask.shape
-                mask[piece.top : piece.top + h, piece.left : piece.left + w] |= piece.mask
+                mask[piece.window] |= piece.mask
             joined = thing_of(scene, mask, T_table_camera, rng)
             whole.append((joined, outline_of(joined)))
     return whole

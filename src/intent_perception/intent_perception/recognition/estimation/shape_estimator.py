@@ -157,8 +157,7 @@ class _Judge:
         """Return a draft with its pose refined on the pixels of the thing."""
         thing, scene, mesh = self._thing, self._scene, draft.made.mesh
         mask = np.zeros(scene.shape, np.uint8)
-        h, w = thing.mask.shape
-        mask[thing.top : thing.top + h, thing.left : thing.left + w] = thing.mask
+        mask[thing.window] = thing.mask
         middle = mesh.bounds.mean(axis=0)  # a pose is turned about its origin
         T_camera = inverse(self._T_table_camera) @ draft.T_table_draft
         T_camera = T_camera @ make_pose(np.eye(3), middle)

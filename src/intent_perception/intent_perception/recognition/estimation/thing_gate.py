@@ -182,10 +182,8 @@ def settled(shapes: Sequence[EstimatedShape], hints: Floats) -> Floats:
     pixels = np.zeros_like(hints)
     for shape in shapes:
         thing = shape.thing
-        h, w = thing.mask.shape
-        window = (slice(thing.top, thing.top + h), slice(thing.left, thing.left + w))
-        if is_whole(shape) and hints[window][thing.mask].mean() < _HINTED:
-            pixels[window][thing.mask] = 1.0
+        if is_whole(shape) and hints[thing.window][thing.mask].mean() < _HINTED:
+            pixels[thing.window][thing.mask] = 1.0
     return pixels
 
 
@@ -218,7 +216,5 @@ def left_over(
 
 def _remaining(thing: SeenThing, scene: SceneView) -> Mask:
     mask = np.zeros(scene.shape, dtype=bool)
-    h, w = thing.mask.shape
-    window = (slice(thing.top, thing.top + h), slice(thing.left, thing.left + w))
-    mask[window] = thing.mask & (scene.parts.mask[window] == 1)
+    mask[thing.window] = thing.mask & (scene.parts.mask[thing.window] == 1)
     return mask

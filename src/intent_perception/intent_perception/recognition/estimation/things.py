@@ -66,6 +66,12 @@ class SeenThing:
     """(M, 3) points of the table that have a thing's colour and touch it [m]."""
 
     @property
+    def window(self) -> tuple[slice, slice]:
+        """Rows and columns of the image that `mask` covers."""
+        height, width = self.mask.shape
+        return slice(self.top, self.top + height), slice(self.left, self.left + width)
+
+    @property
     def pixels(self) -> int:
         """Pixels on which it is seen."""
         return int(self.mask.sum())
