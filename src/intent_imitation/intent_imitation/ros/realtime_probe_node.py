@@ -57,6 +57,8 @@ class Heard:
     """CPU time of each node over the bag [s]."""
     memory: dict[str, float] = field(default_factory=dict)
     """Resident memory of each node after it [bytes]."""
+    handles: dict[str, int] = field(default_factory=dict)
+    """Open files, pipes and sockets of each node after it."""
 
 
 class RealtimeProbe(Node):
@@ -120,6 +122,7 @@ class RealtimeProbe(Node):
         for name, pid in self._pids.items():
             self.heard.cpu[name] = cpu_seconds(pid) - before[name]
             self.heard.memory[name] = resident_bytes(pid)
+            self.heard.handles[name] = open_handles(pid)
         return self.heard
 
     def _on_info(self, message: Any) -> None:
@@ -169,6 +172,11 @@ def resident_bytes(pid: int) -> float:
     """Return the memory that a process holds [bytes]."""
     pages = Path(f"/proc/{pid}/statm").read_text().split()[1]
     return float(pages) * os.sysconf("SC_PAGE_SIZE")
+
+
+def open_handles(pid: int) -> int:
+    """Return how many files, pipes and sockets a process has open."""
+    return sum(1 for _ in Path(f"/proc/{pid}/fd").iterdir())
 
 
 @contextmanager

@@ -115,14 +115,15 @@ def figures(outcomes: Sequence[BagOutcome]) -> dict[str, Any]:
 
 
 def looped(probe: RealtimeProbe, bags: Sequence[Path], loops: int) -> dict[str, Any]:
-    """Return how often a graph answers bags again and again, and how its memory grows."""
+    """Return how often a graph answers bags again and again, and what it holds ever more of."""
     heard = [_one_loop(probe, bags, number) for number in range(loops)]
-    memory = [one[-1].memory for one in heard]
-    settled = memory[min(1, loops - 1)]
+    settled, last = heard[min(1, loops - 1)][-1], heard[-1][-1]
+    grown = [last.memory[name] / settled.memory[name] - 1.0 for name in settled.memory]
     return {
         "loops": loops,
         "loops_answered": sum(all(one.grasps and one.plans for one in loop) for loop in heard),
-        "memory_growth": float(max(memory[-1][name] / settled[name] - 1.0 for name in settled)),
+        "memory_growth": float(max(grown)),
+        "handles_growth": max(last.handles[name] - settled.handles[name] for name in last.handles),
     }
 
 
@@ -131,10 +132,11 @@ def _one_loop(probe: RealtimeProbe, bags: Sequence[Path], number: int) -> list[H
     heard = [probe.play(bag) for bag in bags]
     delays = [one.states[t] - one.frames[t] for one in heard for t in one.states if t in one.frames]
     memory = {name: round(size / 1e6) for name, size in heard[-1].memory.items()}
+    p50, p95 = 1e3 * np.percentile(delays or [np.nan], [50, 95])
     print(
         f"loop {number + 1}: grasps {sum(bool(one.grasps) for one in heard)}, plans "
-        f"{sum(bool(one.plans) for one in heard)} of {len(bags)} bags, latency "
-        f"{1e3 * float(np.median(delays or [np.nan])):.0f} ms, memory [MB] {memory}",
+        f"{sum(bool(one.plans) for one in heard)} of {len(bags)} bags, latency {p50:.0f} / "
+        f"{p95:.0f} ms, memory [MB] {memory}, handles {heard[-1].handles}",
         file=sys.stderr,
         flush=True,
     )
