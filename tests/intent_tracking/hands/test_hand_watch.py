@@ -151,6 +151,12 @@ def test_a_hand_that_is_not_settled_or_does_not_act_is_read_in_every_frame(film,
     assert film.reader.reads - before == 6
 
 
+def test_in_a_hurry_not_every_frame_is_read(film):
+    for _ in range(2 * PERIOD):
+        film.follow(hand_at(ACTING, 300), hurried=True)
+    assert film.reader.reads == 2
+
+
 def test_missed_counts_looks_without_the_hand_and_begins_anew_with_it(film):
     film.act()
     for n in range(4):

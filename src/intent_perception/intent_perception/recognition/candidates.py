@@ -1,7 +1,6 @@
 """Hypotheses worth drawing: held against the depth image pixel by pixel, after refinement."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +15,11 @@ from intent_perception.recognition.verification.alignment import align
 from intent_perception.recognition.verification.alternatives import (
     SPINS,
     turned,
-    worth_of,
     worth_of_turns,
 )
 from intent_perception.recognition.verification.color_evidence import color_mismatch
-from intent_perception.recognition.verification.contour import contour, surface_beyond
+from intent_perception.recognition.verification.drawing import Drawing
 from intent_perception.recognition.verification.explanation import COUNTS, draw, explain, settle
-from intent_perception.recognition.verification.fit_measures import patch_residual, shape_shown
 from intent_perception.recognition.verification.point_check import support_of_all
 from intent_perception.scene.scene_view import SceneView
 
@@ -45,66 +42,10 @@ _CLEAR = 0.3  # evidence of pixels whose colour counts
 _LEAST_CONTOUR_FACTOR = 0.85  # neighbours may touch: the contour alone rules nothing out
 _LEAST_COLOR_FACTOR = 0.5  # lamps and paints differ: colour alone rules nothing out
 _AROUND = 20  # width of the frame in which the table is looked at [pixel]
-_SPREAD = 0.002  # systematic error of a depth camera [m]
 _TILTED = 0.2  # an object tilted more than this leans on something [rad]
 _AS_STABLE = 0.05  # turns that are this much further from a stable pose are as good [rad]
 _COVERED = 0.03  # surfaces of one object are no further apart in depth [m]
 _BELOW = 0.012  # an object that reaches further into the table is hardly there [m]
-
-
-@dataclass(frozen=True, eq=False)
-class Drawing:
-    """One model at one pose, drawn and compared with the scene."""
-
-    left: int
-    """Column of the window's first pixel."""
-    top: int
-    """Row of the window's first pixel."""
-    depth: Floats
-    """(h, w) of the model."""
-    evidence: Floats
-    """(h, w), see `explain`."""
-    counts: Floats
-    """(COUNTS,)."""
-    mismatch: float
-    """How much the colour differs from the model's, 0 = not, see `color_mismatch`."""
-
-    def worth(self, explained: Floats) -> float:
-        """Return what it adds to what is explained (H, W), less what is against it [pixel]."""
-        return float(worth_of(self.evidence, self.left, self.top, explained))
-
-    def contour(self, scene: SceneView, explained: Floats, tolerance: float) -> tuple[int, int]:
-        """Return on how many contour pixels the scene ends, and on how many it goes on."""
-        image = scene.image
-        ends, goes_on = contour(
-            self.left,
-            self.top,
-            self.depth,
-            image.depth,
-            image.smooth,
-            scene.parts.mask,
-            explained,
-            tolerance,
-        )
-        return int(ends), int(goes_on)
-
-    def residual(self, scene: SceneView, tolerance: float) -> float:
-        """Return `patch_residual` [m]."""
-        place = (self.left, self.top, self.depth)
-        return float(patch_residual(*place, scene.image.depth, scene.parts.mask, 2.0 * tolerance))
-
-    def closeness(self, scene: SceneView, tolerance: float) -> float:
-        """Return how closely the model follows the measured surface, 0..1."""
-        return 1.0 / (1.0 + (self.residual(scene, tolerance) / _SPREAD) ** 2)
-
-    def measures(self, scene: SceneView, explained: Floats, tolerance: float) -> Floats:
-        """Return residual [mm], surface beyond the outline, and both of `shape_shown` (4,)."""
-        image, mask = scene.image, scene.parts.mask
-        place = (self.left, self.top, self.depth)
-        residual = self.residual(scene, tolerance)
-        beyond = surface_beyond(*place, image.smooth, mask, explained, tolerance)
-        shown = shape_shown(self.evidence, self.left, self.top, image.normals)
-        return np.array([1000.0 * residual, beyond, *shown], np.float32)
 
 
 class PoseJudge:

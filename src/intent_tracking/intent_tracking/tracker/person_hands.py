@@ -100,9 +100,8 @@ class PersonHands:
                 s.side: unusual_roll(s.side, R_table_camera @ s.state.rotations[0]) for s in starts
             }
             odds += _ROLL_ODDS * (roll["left"] - roll["right"])
-        looked = min(
-            max(seen.looked if seen.looked is not None else seen.right, _DOUBT), 1.0 - _DOUBT
-        )
+        looked = seen.right if seen.looked is None else seen.looked
+        looked = min(max(looked, _DOUBT), 1.0 - _DOUBT)
         odds += math.log(looked / (1.0 - looked))
         telling = min(math.exp((_WELL_EXPLAINED - left) / _EXPLAINED_SPREAD), _MOST_EXPLAINED)
         bounded = _MOST_ODDS * math.tanh(odds / _MOST_ODDS)
