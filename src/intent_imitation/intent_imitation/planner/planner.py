@@ -22,7 +22,7 @@ from intent_imitation.planner.planner_config import PlannerConfig
 from intent_imitation.planner.preconditions import fits_pose
 from intent_imitation.planner.reachable import Reachable
 from intent_inference.grasping.grasping_hand import GraspingHand
-from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_inference.network.model_file import load_model, shipped_model
 from intent_inference.network.task_model import TaskModel
 from intent_perception.basics.arrays import Array

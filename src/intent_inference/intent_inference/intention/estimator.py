@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from intent_inference.intention.class_priors import ClassPriors
-from intent_inference.intention.explanation import Contribution, explain
+from intent_inference.intention.contributions import Contribution, explain
 from intent_inference.intention.held_intention import HeldIntention, Rests, intended
 from intent_inference.intention.reach import ReachConfig, ReachFilter, ReachForecast
 from intent_inference.intention.task_posterior import TaskPosterior

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from intent_inference.intention.explanation import Contribution
+from intent_inference.intention.contributions import Contribution
 from intent_inference.motion.measures import MEASURES
 from intent_inference.motion.motion_network import NOTHING, PHASES
 from intent_perception.basics.arrays import Array

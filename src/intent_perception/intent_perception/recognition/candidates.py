@@ -9,7 +9,12 @@ from intent_perception.basics.arrays import Floats
 from intent_perception.geometry.rasterizer import NOTHING
 from intent_perception.recognition.conflict import PixelEvidence
 from intent_perception.recognition.estimation.shape_estimator import EstimatedShape
-from intent_perception.recognition.estimation.thing_gate import ELSEWHERE, MISFIT, things_meant
+from intent_perception.recognition.estimation.thing_gate import (
+    ELSEWHERE,
+    MISFIT,
+    hardly_there,
+    things_meant,
+)
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.verification.alignment import align
 from intent_perception.recognition.verification.alternatives import (
@@ -34,6 +39,7 @@ _REGION = 48  # edge of the image regions between which the drawing is shared ou
 _PER_REGION = 36
 _PER_MODEL = 3  # in one region
 _PER_THING = 24  # of what is known to be one thing, and how large
+_PER_UNLIKELY = 8  # of these, of classes that it has not the look of
 MOST_AT_FIRST, MOST_LATER = 200, 180
 """In the first look and in the second: what bounds the work in a crowd, or where a whole arm or
 room is taken for objects."""
@@ -118,6 +124,8 @@ class PoseJudge:
         drawn_points = (library.points, library.offsets)
         meant = things_meant(shapes, models, poses, *drawn_points, scene.intrinsics)
         models, poses, meant = (values[meant != MISFIT] for values in (models, poses, meant))
+        classes = [library.models[model].object_class for model in models]
+        hardly = hardly_there(shapes, meant, classes)
         score, match = support_of_all(
             poses, models, *surface, *scene.surface, self._tolerance, 0.6
         ).T
@@ -133,6 +141,7 @@ class PoseJudge:
         taken: dict[int, int] = {}
         taken_of: dict[tuple[int, int], int] = {}
         taken_by: dict[int, int] = {}
+        hardly_by: dict[int, int] = {}
         kept: list[int] = []
         for k in np.argsort(-worth, kind="stable"):
             if len(kept) >= most or room <= 0.0:
@@ -145,6 +154,9 @@ class PoseJudge:
             thing = int(meant[k])
             if thing != ELSEWHERE and taken_by.get(thing, 0) >= _PER_THING:
                 continue
+            if hardly[k] and hardly_by.get(thing, 0) >= _PER_UNLIKELY:
+                continue
+            hardly_by[thing] = hardly_by.get(thing, 0) + int(hardly[k])
             taken_by[thing] = taken_by.get(thing, 0) + 1
             taken[place] = taken.get(place, 0) + 1
             taken_of[own] = taken_of.get(own, 0) + 1

@@ -183,7 +183,8 @@ class HandWatch:
         told = self.told
         self._keys = {}
         if told is not None:
-            self._keys = {side: key_evidence(told, camera, side, self._key_points) for side in SIDES}
+            points = self._key_points
+            self._keys = {side: key_evidence(told, camera, side, points) for side in SIDES}
 
     def _note_side(self, tell: Tell) -> None:
         """Let the looks at the seen hand tell its side."""

@@ -244,7 +244,8 @@ class Tracker:
         guess = expected(guess, lives)
         active = tuple(k for k, life in enumerate(lives) if life.active)
         problem = self._source.problem(hypothesis, self._moment(frame), guess, active)
-        fit = reconsidered(hypothesis, problem, track.fit(problem), self.config.life)
+        fit = track.tried(problem) if self._hurried else track.fit(problem)
+        fit = reconsidered(hypothesis, problem, fit, self.config.life)
         track.accept(problem, fit)
         self._note(hypothesis, problem, fit)
         due = hypothesis is self._hypotheses[0] and self._frames % self.config.learn_period == 0
