@@ -2,7 +2,7 @@
 
 import pytest
 
-from intent_perception.ros.lateness import Lateness
+from intent_perception.ros.health.lateness import Lateness
 
 SECOND, SKEW = 1_000_000_000, 7_000_000_000
 

@@ -8,7 +8,7 @@ from intent_tracking.hands.hand_reader import NO_HINTS, HandReaderConfig
 from intent_tracking.hands.hand_square import HandSquare
 from intent_tracking.hands.hand_watch import MISSED, Expectation, HandWatch
 from intent_tracking.hands.key_point_start import KeyPointConfig
-from intent_tracking.hands.network_files import COMMAND
+from intent_tracking.hands.networks.network_files import COMMAND
 from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.image.frame_evidence import NO_KEYS
 

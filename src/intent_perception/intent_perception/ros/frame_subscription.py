@@ -22,7 +22,7 @@ from intent_perception.bags.frame_assembly import (
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.ros.declared import declared
-from intent_perception.ros.lateness import Lateness
+from intent_perception.ros.health.lateness import Lateness
 from intent_perception.ros.node import IntentNode
 
 

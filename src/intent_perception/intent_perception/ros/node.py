@@ -29,10 +29,10 @@ from intent_perception.bags.frame_assembly import FrameSynchroniser
 from intent_perception.basics.orphaned_files import drop_shared_memory
 from intent_perception.basics.parameters import Checked
 from intent_perception.ros.declared import declared
-from intent_perception.ros.input_watch import InputWatch
+from intent_perception.ros.health.input_watch import InputWatch
+from intent_perception.ros.health.step_health import WARN, StepHealth
 from intent_perception.ros.live_messages import LiveMessages
 from intent_perception.ros.node_help import node_help
-from intent_perception.ros.step_health import WARN, StepHealth
 
 _PREPARING = 10
 """How far the preparation of things stands back for the frames: a niceness."""

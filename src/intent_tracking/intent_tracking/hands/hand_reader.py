@@ -26,8 +26,8 @@ from intent_tracking.hands.hand_square import (
     search_views,
     square_of_key_points,
 )
-from intent_tracking.hands.landmark_network import KeyPoints, LandmarkNetwork
-from intent_tracking.hands.palm_network import PalmNetwork
+from intent_tracking.hands.networks.landmark_network import KeyPoints, LandmarkNetwork
+from intent_tracking.hands.networks.palm_network import PalmNetwork
 from intent_tracking.hands.seen_hand import SeenHand
 
 _SETTLED = 2

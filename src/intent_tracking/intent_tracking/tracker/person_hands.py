@@ -15,7 +15,7 @@ from intent_tracking.hands.key_point_start import (
 )
 from intent_tracking.hands.seen_hand import SeenHand, certainty
 from intent_tracking.scene.hand_model import SIDES, HandModel, Side
-from intent_tracking.tracker.hypothesis import unusual_roll
+from intent_tracking.tracker.hypotheses.hypothesis import unusual_roll
 from intent_tracking.tracker.problem import Problem
 from intent_tracking.tracker.scene_track import SceneTrack
 

@@ -28,8 +28,12 @@ from intent_tracking.tracker.held_objects import (
     note_objects,
     reconsidered,
 )
-from intent_tracking.tracker.hypothesis import Hypothesis
-from intent_tracking.tracker.hypothesis_source import USUAL_COST, HypothesisSource, Moment
+from intent_tracking.tracker.hypotheses.hypothesis import Hypothesis
+from intent_tracking.tracker.hypotheses.hypothesis_source import (
+    USUAL_COST,
+    FrameContext,
+    HandHypotheses,
+)
 from intent_tracking.tracker.object_life import ObjectLife
 from intent_tracking.tracker.person_hands import PersonHands
 from intent_tracking.tracker.problem import Fit, Problem, surroundings_of
@@ -90,7 +94,7 @@ class Tracker:
             self.config.track,
         )
         self._still_life = Hypothesis(track, [ObjectLife(pose) for pose in poses], 0.0)
-        self._source = HypothesisSource(
+        self._source = HandHypotheses(
             self.config, self._around, self._watch, self._person, self._still_life
         )
         self._hypotheses: list[Hypothesis] = []
@@ -215,8 +219,8 @@ class Tracker:
         leader.track.fit(problem)
         self._person.calibrate(leader.track, problem)
 
-    def _moment(self, frame: RgbdFrame) -> Moment:
-        return Moment(frame, self._frames, self._side, self._place)
+    def _moment(self, frame: RgbdFrame) -> FrameContext:
+        return FrameContext(frame, self._frames, self._side, self._place)
 
     def _look(self, frame: RgbdFrame) -> None:
         """Let the networks look at the hand that is followed, or at any if there is none."""

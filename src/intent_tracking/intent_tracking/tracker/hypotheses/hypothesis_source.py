@@ -15,10 +15,10 @@ from intent_tracking.hands.skin_depth import hand_mask
 from intent_tracking.image.appearance import HAND, color_bins
 from intent_tracking.scene.body_state import BodyState
 from intent_tracking.scene.hand_model import SIDES, Side
-from intent_tracking.tracker.hand_finder import HandFinder, Search
 from intent_tracking.tracker.held_objects import ties_of
-from intent_tracking.tracker.hypothesis import Hypothesis
-from intent_tracking.tracker.hypothesis_judge import GAP_COST, HypothesisJudge
+from intent_tracking.tracker.hypotheses.hand_finder import HandFinder, Search
+from intent_tracking.tracker.hypotheses.hypothesis import Hypothesis
+from intent_tracking.tracker.hypotheses.hypothesis_judge import GAP_COST, HypothesisJudge
 from intent_tracking.tracker.object_life import ObjectLife
 from intent_tracking.tracker.person_hands import PersonHands
 from intent_tracking.tracker.problem import Problem, Surroundings
@@ -34,7 +34,7 @@ _WORTH_A_TRIAL = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class FrameContext:
     """A frame, and what the search for a hand in it starts from."""
 
     frame: RgbdFrame
@@ -46,7 +46,7 @@ class Moment:
     """(3,) where it was [m]."""
 
 
-class HypothesisSource:
+class HandHypotheses:
     """Starts hypotheses in one scene."""
 
     def __init__(
@@ -88,7 +88,11 @@ class HypothesisSource:
         return Hypothesis(track, lives, cost, gap=self.judge.gap(track, state))
 
     def problem(
-        self, hypothesis: Hypothesis, moment: Moment, guess: BodyState, active: tuple[int, ...]
+        self,
+        hypothesis: Hypothesis,
+        moment: FrameContext,
+        guess: BodyState,
+        active: tuple[int, ...],
     ) -> Problem:
         """Return what a frame asks of a hypothesis next to a guess.
 
@@ -105,7 +109,7 @@ class HypothesisSource:
         keys = keys._replace(weights=keys.weights * trust)
         return hypothesis.track.problem(moment.frame, guess, active, ties, self._around, keys, seed)
 
-    def seen(self, moment: Moment) -> list[Hypothesis]:
+    def seen(self, moment: FrameContext) -> list[Hypothesis]:
         """Return what the networks' key points say, each fitted once."""
         found = []
         for start in self.seen_starts(moment.frame):
@@ -125,7 +129,7 @@ class HypothesisSource:
             self._around.appearance.learn(HAND, color_bins(frame.color[mask]))
         return starts
 
-    def found(self, moment: Moment) -> tuple[list[Hypothesis], bool]:
+    def found(self, moment: FrameContext) -> tuple[list[Hypothesis], bool]:
         """Return what depth and colour alone say, and whether anything looks like a hand."""
         config = self._config
         if moment.number % config.learn_period == 0:
@@ -153,7 +157,7 @@ class HypothesisSource:
         return hypotheses, True
 
     def rival_starts(
-        self, leader: Hypothesis, moment: Moment
+        self, leader: Hypothesis, moment: FrameContext
     ) -> Sequence[HandStart | KeyPointStart]:
         """Return the best start of each side that may be the leader's hand."""
         if self._watch.told is not None:
@@ -170,7 +174,7 @@ class HypothesisSource:
         return list(best.values())
 
     def rival(
-        self, leader: Hypothesis, start: HandStart | KeyPointStart, moment: Moment
+        self, leader: Hypothesis, start: HandStart | KeyPointStart, moment: FrameContext
     ) -> Hypothesis | None:
         """Return what the leader would be with another start of the hand, fitted once.
 
@@ -186,7 +190,7 @@ class HypothesisSource:
             return None
         return rival
 
-    def _fit_once(self, hypothesis: Hypothesis, moment: Moment, state: BodyState) -> None:
+    def _fit_once(self, hypothesis: Hypothesis, moment: FrameContext, state: BodyState) -> None:
         """Fit a hypothesis that has just been started."""
         track = hypothesis.track
         problem = self.problem(hypothesis, moment, state, hypothesis.active)
@@ -197,7 +201,7 @@ class HypothesisSource:
         hypothesis.gap = self.judge.gap(track, track.state)
 
     def _starts(
-        self, moment: Moment, sides: tuple[Side, ...], leader: Hypothesis | None
+        self, moment: FrameContext, sides: tuple[Side, ...], leader: Hypothesis | None
     ) -> list[HandStart]:
         """Return refined starts of the given sides in a frame, best first."""
         track = (leader or self._still_life).track
