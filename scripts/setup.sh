@@ -143,6 +143,6 @@ enter_venv # the libraries' folders exist only now
 [ "${1:-}" != --dev ] || once install-dev requirements-dev.txt -- install_dev
 once build msg_defs colcon.meta src/*/package.xml src/*/setup.* src/*/config src/*/launch src/*/rviz \
   -- build
-(once hand-networks src/intent_tracking/intent_tracking/hands/network_files.py -- fetch_networks) || true
+(once hand-networks src/intent_tracking/intent_tracking/hands/networks/network_files.py -- fetch_networks) || true
 mapfile -t kernels < <(grep -rlE --include='*.py' '^@(\w+_)?kernel$' src)
 once kernels src/intent_perception/intent_perception/basics/kernels.py "${kernels[@]}" -- compile_kernels

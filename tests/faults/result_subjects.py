@@ -11,7 +11,8 @@ from tests.faults.mutation import Rng
 from tests.faults.outcome import Answer, Subject
 from tests.support import demo_records
 
-from intent_imitation.planner.planner import GraspPlanner, PlannerConfig
+from intent_imitation.planner.planner import GraspPlanner
+from intent_imitation.planner.planner_config import PlannerConfig
 from intent_inference import SHARE
 from intent_inference.intention.estimator import IntentionEstimator
 from intent_inference.workshop.training.labelled_table import read_grasps

@@ -7,7 +7,8 @@ import numpy as np
 
 from intent_imitation.planner.plan import GraspCandidate, GraspPlan, ObjectChoice
 from intent_imitation.ros.convert import plan_from_msg, plan_to_msg
-from intent_inference.intention.estimator import Contribution, TaskPosterior
+from intent_inference.intention.contributions import Contribution
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_inference.ros.convert import posterior_from_msg, posterior_to_msg
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_perception.objects.database import ObjectDatabase

@@ -10,9 +10,9 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Header
 from tests.support.harness import Probe
 
-from intent_perception.ros.input_watch import InputWatch
+from intent_perception.ros.health.input_watch import InputWatch
+from intent_perception.ros.health.step_health import ERROR, OK, WARN, StepHealth
 from intent_perception.ros.node import IntentNode
-from intent_perception.ros.step_health import ERROR, OK, WARN, StepHealth
 
 TOPIC = "/intent/stable_grasp"
 

@@ -15,7 +15,8 @@ from intent_perception.bags.frame_assembly import stamp_of
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.ros.convert import objects_from_msg
-from intent_perception.ros.node import InputConfig, declared
+from intent_perception.ros.declared import declared
+from intent_perception.ros.frame_subscription import InputConfig
 from intent_perception.ros.recognizer_node import RecognizerNode
 from intent_perception.workshop.scenes.table_scenes import tabletop_scene
 

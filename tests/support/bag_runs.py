@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_inference.quantisation.variables import OBJECT_CLASS
 from intent_inference.workshop.recipes.bag_run import BagRun, models_file
 from intent_inference.workshop.training.labelled_table import GraspTable, read_grasps

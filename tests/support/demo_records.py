@@ -6,7 +6,8 @@ from intent_imitation.demo.run_record import DemoRecord, DemoTruth
 from intent_imitation.planner.plan import GraspCandidate, GraspPlan, ObjectChoice
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.schunk import JOINT_NAMES
-from intent_inference.intention.estimator import Contribution, TaskPosterior
+from intent_inference.intention.contributions import Contribution
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_perception.geometry.camera import Camera, RgbdFrame
 from intent_perception.geometry.transforms import look_at, make_pose, vector_from_pose
 from intent_perception.objects.database import ObjectDatabase

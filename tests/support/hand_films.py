@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from intent_perception.bags.bag_files import read_frames
-from intent_tracking.hands.network_files import missing_networks
+from intent_tracking.hands.networks.network_files import missing_networks
 from intent_tracking.scene.hand_kernel import hand_arrays
 from intent_tracking.scene.hand_model import HandModel
 

@@ -21,7 +21,7 @@ from intent_imitation.demo.report_text import (
 )
 from intent_imitation.demo.run_record import DemoRecord, result
 from intent_imitation.planner.plan import ObjectChoice
-from intent_inference.intention.estimator import Contribution
+from intent_inference.intention.contributions import Contribution
 from intent_perception.objects.database import ObjectDatabase
 
 

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from intent_imitation.planner.planner import GraspPlanner, PlannerConfig
+from intent_imitation.planner.planner import GraspPlanner
+from intent_imitation.planner.planner_config import PlannerConfig
 from intent_imitation.workshop.practice import library_maker as build_library
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.workshop.simulation import simulate_command as simulate

@@ -11,7 +11,8 @@ from tests.support import demo_records
 from intent_imitation.planner.grasp_library import GraspLibrary, GraspSet
 from intent_imitation.planner.library_hypotheses import plan_unshaken
 from intent_imitation.planner.plan import GraspPlan
-from intent_imitation.planner.planner import GraspPlanner, PlannerConfig, with_hidden_classes
+from intent_imitation.planner.planner import GraspPlanner
+from intent_imitation.planner.planner_config import PlannerConfig
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 from intent_perception.objects.database import ObjectDatabase
@@ -65,6 +66,11 @@ def table(database: ObjectDatabase, *names: str, turn: float = 0.0) -> Recognize
         pose = spin @ make_pose(np.eye(3), [0.3 * index, 0.0, 0.0]) @ model.stable_poses[0]
         items.append(RecognizedObject(name, name, model.object_class, pose, 0.9, 0.9))
     return RecognizedObjects(0, tuple(items), np.eye(4))
+
+
+def unclassed(objects: RecognizedObjects) -> RecognizedObjects:
+    """Return the same objects as if nobody had told their classes."""
+    return replace(objects, objects=tuple(replace(o, object_class="") for o in objects.objects))
 
 
 def planned(which: GraspPlanner, objects: RecognizedObjects) -> GraspPlan:
@@ -166,7 +172,7 @@ def test_hidden_classes_are_not_given_to_the_networks(
     database: ObjectDatabase, library: GraspLibrary
 ) -> None:
     model = MadeUpModel({})
-    planned(planner(database, library, model), with_hidden_classes(table(database, "mug_1")))
+    planned(planner(database, library, model), unclassed(table(database, "mug_1")))
     assert model.seen
     assert all(classes == {""} for classes in model.seen)
 

@@ -88,7 +88,8 @@ def test_an_object_stands_where_it_was_placed_whatever_its_centre_of_mass() -> N
 @pytest.mark.slow
 def test_most_grasps_of_a_heavy_tool_that_lies_flat_hold_through_its_use() -> None:
     pytest.importorskip("pybullet")
-    from intent_imitation.planner.planner import GraspPlanner, PlannerConfig
+    from intent_imitation.planner.planner import GraspPlanner
+    from intent_imitation.planner.planner_config import PlannerConfig
     from intent_imitation.workshop.trials.execution import World
     from intent_inference.grasping.grasping_hand import GraspingHand
 

@@ -8,7 +8,7 @@ from intent_tracking.hands.hand_reader import NO_HINTS, HandReaderConfig
 from intent_tracking.hands.hand_square import HandSquare
 from intent_tracking.hands.hand_watch import MISSED, Expectation, HandWatch
 from intent_tracking.hands.key_point_start import KeyPointConfig
-from intent_tracking.hands.network_files import COMMAND
+from intent_tracking.hands.networks.network_files import COMMAND
 from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.image.frame_evidence import NO_KEYS
 
@@ -149,6 +149,12 @@ def test_a_hand_that_is_not_settled_or_does_not_act_is_read_in_every_frame(film,
     for _ in range(6):
         film.look(hand_at(ACTING, 350), settled=not acts)
     assert film.reader.reads - before == 6
+
+
+def test_in_a_hurry_not_every_frame_is_read(film):
+    for _ in range(2 * PERIOD):
+        film.follow(hand_at(ACTING, 300), hurried=True)
+    assert film.reader.reads == 2
 
 
 def test_missed_counts_looks_without_the_hand_and_begins_anew_with_it(film):

@@ -3,9 +3,9 @@ import zipfile
 
 import pytest
 
-from intent_tracking.hands import network_files
 from intent_tracking.hands.fetch_networks_command import main
-from intent_tracking.hands.network_files import (
+from intent_tracking.hands.networks import network_files
+from intent_tracking.hands.networks.network_files import (
     CHECKSUMS,
     COMMAND,
     missing_networks,

@@ -10,7 +10,7 @@ from tests.support.hand_films import (
 )
 
 from intent_tracking.hands.hand_square import whole_image
-from intent_tracking.hands.palm_network import PalmNetwork, anchor_centers, merged_palms
+from intent_tracking.hands.networks.palm_network import PalmNetwork, anchor_centers, merged_palms
 
 
 def test_anchors_are_the_cells_centres():

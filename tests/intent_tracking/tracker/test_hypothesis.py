@@ -6,7 +6,7 @@ import pytest
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import rotation_from_vector
 from intent_tracking.scene.hand_model import Side
-from intent_tracking.tracker.hypothesis import unusual_roll
+from intent_tracking.tracker.hypotheses.hypothesis import unusual_roll
 
 PALM_DOWN = np.diag([1.0, -1.0, -1.0])
 """Fingers along x of the table, z of the hand (out of the palm) down."""

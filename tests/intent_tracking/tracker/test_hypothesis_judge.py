@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from intent_tracking.hands.hand_watch import GONE
-from intent_tracking.tracker.hypothesis import Hypothesis
-from intent_tracking.tracker.hypothesis_judge import HypothesisJudge
+from intent_tracking.tracker.hypotheses.hypothesis import Hypothesis
+from intent_tracking.tracker.hypotheses.hypothesis_judge import HypothesisJudge
 from intent_tracking.tracker.tracker_config import TrackerConfig
 
 CONFIG = TrackerConfig()

@@ -73,6 +73,28 @@ def test_hand_and_object_are_followed_within_millimetres(sequence):
 
 
 @pytest.mark.slow
+def test_a_hand_is_followed_in_a_hurry_too(sequence):
+    tracker = started(sequence, TrackerConfig(), np.random.default_rng(0))
+    for number, frame in enumerate(sequence.frames):
+        state = tracker.step(frame, hurried=number % 4 < 3)
+        error = np.linalg.norm(state.joints_camera - sequence.joints(number), axis=1).mean()
+        assert error < 0.010
+
+
+def test_what_looks_like_a_hand_is_not_searched_in_a_hurry_by_depth_alone(monkeypatch):
+    tracker = no_table()
+    searched = []
+    monkeypatch.setattr(tracker._source, "found", lambda _: searched.append(1) or ([], False))
+    monkeypatch.setattr(tracker._watch, "trouble", "")
+    wall = frame_of(np.full((480, 640), 1.2), np.full((480, 640, 3), 90))
+    tracker.step(wall, hurried=True)
+    assert not searched
+    tracker.step(wall)
+    tracker.step(wall)
+    assert searched
+
+
+@pytest.mark.slow
 def test_the_same_frames_and_seed_give_the_same_bits(sequence):
     runs = []
     for _ in range(2):

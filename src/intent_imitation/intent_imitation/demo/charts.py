@@ -18,7 +18,7 @@ from intent_imitation.demo.mesh_pictures import (
     task_color,
 )
 from intent_imitation.planner.plan import GraspPlan, ObjectChoice
-from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.safe_files import written_beside
 

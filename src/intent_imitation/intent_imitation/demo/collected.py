@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from intent_imitation.planner.plan import GraspPlan
-from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.grasp.grasp_detector import StableGrasp
 from intent_tracking.scene.scene_state import SceneState

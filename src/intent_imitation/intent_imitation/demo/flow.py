@@ -10,7 +10,7 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 from intent_imitation.demo.charts import figure, object_bars, posterior_bars
 from intent_imitation.demo.mesh_pictures import INK, SOFT, Image
 from intent_imitation.planner.plan import GraspPlan
-from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.intention.task_posterior import TaskPosterior
 
 _WIDTH, _HEIGHT = 13.6, 7.4  # inches
 _TOP, _BOTTOM = 0.535, 0.035  # lower edges of the two rows

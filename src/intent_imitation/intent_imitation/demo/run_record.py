@@ -8,7 +8,7 @@ import numpy as np
 
 from intent_imitation.planner.plan import GraspPlan, ObjectChoice
 from intent_inference.grasping.grasping_hand import GraspingHand
-from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.geometry.transforms import quaternion_from_rotation
 from intent_perception.objects.database import ObjectDatabase

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from intent_imitation.planner.plan import GraspPlan
-from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_tracking.scene.scene_state import SceneState
 
 _NANO = 1e-9

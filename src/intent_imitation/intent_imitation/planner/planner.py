@@ -8,76 +8,29 @@ second, and pass over objects without a reachable grasp for the task: the robot 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
-from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from intent_imitation.planner.affordance import task_chances
-from intent_imitation.planner.collision import Clearances, Obstacle, clearances
 from intent_imitation.planner.grasp_library import GraspLibrary
-from intent_imitation.planner.library_hypotheses import Hypotheses, HypothesisSource
+from intent_imitation.planner.library_hypotheses import HypothesisSource
 from intent_imitation.planner.plan import GraspCandidate, GraspPlan, ObjectChoice
+from intent_imitation.planner.planner_config import PlannerConfig
 from intent_imitation.planner.preconditions import fits_pose
+from intent_imitation.planner.reachable import Reachable
 from intent_inference.grasping.grasping_hand import GraspingHand
-from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_inference.network.model_file import load_model, shipped_model
 from intent_inference.network.task_model import TaskModel
 from intent_perception.basics.arrays import Array
-from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.objects.model_memory import ModelMemory
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_perception.recognition.rehearsal_scene import rehearsal_object
-
-__all__ = ["GraspCandidate", "GraspPlan", "GraspPlanner", "ObjectChoice", "PlannerConfig"]
-
-
-@dataclass(frozen=True)
-class PlannerConfig(Checked):
-    """What counts as fit for a task, and how much room the hand needs."""
-
-    minimum_object: float = 0.1
-    """Least p(t* | o) of an object that may be chosen, 0..1."""
-    minimum_grasp: float = 0.6
-    """Least p(t* | o, a) of its best reachable grasp; below, the object is unfit. Chosen on objects
-    that BN^R was not trained on, where 0.5 accepts tools with no fitting grasp in reach; 0..1."""
-    acts_on: Literal["grasp", "motion"] = "grasp"
-    """grasp: one plan for the task that is best at the stable grasp; motion: plans that follow what
-    the person means while the object moves, and are cancelled with it."""
-    intention: float = 0.1
-    """Least probability, of what the person means (`intends`), of a task that is planned for where
-    it acts on the motion, 0..1."""
-    overtake: float = 0.1
-    """Another task must be meant by so much more before its plan takes the place of one, 0..1."""
-    table_gap: float = 0.001
-    """Least gap between hand and table on the way [m], -0.05..0.1."""
-    neighbour_gap: float = 0.005
-    """Least gap between hand and other objects on the way [m], -0.05..0.1."""
-    target_gap: float = -0.008
-    """Least gap between open hand and its object; below 0: fingers may push in that far [m];
-    -0.05..0.1."""
-    grasps: int = 10
-    """Number of grasps in a plan, 1..1000."""
-    batch: int = 24
-    """Number of grasps checked for collision at a time, most promising first, 1..1000."""
-    stability_weight: float = 0.5
-    """Exponent of the stability in the score; 0: p(t* | o, a) alone; 0..10."""
-    unshaken: int = 300
-    """Number of grasps tried on the fly for an object without a library, 1..100000."""
-    library: str = ""
-    """File of preplanned grasps, which names the robot's hand; empty: the shipped Schunk hand's."""
-    network: str = ""
-    """File of BN^R; empty: the shipped one of the library's hand."""
-
-    def leaves_room(self, gaps: Clearances) -> NDArray[np.bool_]:
-        """Return whether each grasp (G,) keeps the least gaps on its way."""
-        free = (gaps.table >= self.table_gap) & (gaps.target >= self.target_gap)
-        return np.asarray(free & (gaps.neighbours >= self.neighbour_gap))
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +79,7 @@ class GraspPlanner:
         self._model = model
         self._hand = GraspingHand.load(library.hand)
         self._source = HypothesisSource(database, library, self._hand, self._config.unshaken)
+        self._reachable = Reachable(self._hand, self._source, self._config)
         self._example = database.example
         self._objects: RecognizedObjects | None = None
         self._working = Lock()
@@ -307,7 +261,7 @@ class GraspPlanner:
         chance = float(of_object[column])
         if not self._fits_pose(index, task):
             return _Option(item.id, item.object_class, chance, ())
-        grasps = self._reachable(index, hypotheses, of_grasps[:, column])
+        grasps = self._reachable.best(self._objects, index, hypotheses, of_grasps[:, column])
         return _Option(item.id, item.object_class, chance, grasps)
 
     def _chance(self, model: str, object_class: str) -> tuple[Array, Array]:
@@ -335,75 +289,6 @@ class GraspPlanner:
             annotated=bool(item.object_class),
         )
 
-    def _reachable(
-        self, index: int, hypotheses: Hypotheses, task_chance: Array
-    ) -> tuple[GraspCandidate, ...]:
-        """Return the best collision-free grasps of an object at its recognised pose.
-
-        Grasps that do not fit the task are not looked at: nobody would execute them.
-        """
-        grasps = hypotheses.grasps
-        score = task_chance * grasps.stability**self._config.stability_weight
-        found: list[GraspCandidate] = []
-        order = np.argsort(-score, kind="stable")
-        order = order[task_chance[order] >= self._config.minimum_grasp]
-        for first in range(0, len(order), self._config.batch):
-            rows = order[first : first + self._config.batch]
-            found += self._checked(index, hypotheses, rows, task_chance, score)
-            if len(found) >= self._config.grasps:
-                break
-        return tuple(found[: self._config.grasps])
-
-    def _checked(
-        self,
-        index: int,
-        hypotheses: Hypotheses,
-        rows: NDArray[np.int64],
-        task_chance: Array,
-        score: Array,
-    ) -> list[GraspCandidate]:
-        """Return those of some rows of the hypotheses that collide with nothing."""
-        assert self._objects is not None
-        items = self._objects.objects
-        pose = items[index].T_table_object
-        grasps = hypotheses.grasps
-        T_table_hands = pose @ grasps.T_object_hand[rows]
-        approaches = grasps.approach[rows] @ pose[:3, :3].T
-        target = Obstacle(pose, self._source.distance(items[index].model))
-        neighbours = tuple(
-            Obstacle(other.T_table_object, self._source.distance(other.model))
-            for k, other in enumerate(items)
-            if k != index and self._source.knows(other.model)
-        )
-        gaps = clearances(
-            self._hand,
-            T_table_hands,
-            approaches,
-            grasps.pregrasp_joints[rows],
-            grasps.grasp_joints[rows],
-            target,
-            neighbours,
-        )
-        free = self._config.leaves_room(gaps)
-        return [
-            GraspCandidate(
-                items[index].id,
-                T_table_hands[k],
-                approaches[k],
-                grasps.pregrasp_joints[row],
-                grasps.grasp_joints[row],
-                float(score[row]),
-                {
-                    "task": float(task_chance[row]),
-                    "stability": float(grasps.stability[row]),
-                    "clearance": float(gaps.surroundings[k]),
-                },
-                bool(grasps.shaken[row]),
-            )
-            for k, row in enumerate(rows)
-            if free[k]
-        ]
-
 
 def _share(chance: float, total: float, count: int) -> float:
     """Return a chance as a share of all; where none has any, they are equally likely."""
@@ -412,10 +297,3 @@ def _share(chance: float, total: float, count: int) -> float:
 
 def _file(name: str) -> Path | None:
     return Path(name) if name else None
-
-
-def with_hidden_classes(objects: RecognizedObjects) -> RecognizedObjects:
-    """Return the same objects as if nobody had told their classes."""
-    return replace(
-        objects, objects=tuple(replace(item, object_class="") for item in objects.objects)
-    )

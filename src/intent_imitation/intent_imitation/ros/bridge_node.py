@@ -9,14 +9,9 @@ from trajectory_msgs.msg import JointTrajectory
 
 from intent_imitation.ros.bridge_messages import detections, hand_trajectory, moveit_grasps
 from intent_perception.basics.parameters import Checked
+from intent_perception.ros.declared import declared, declared_database
 from intent_perception.ros.latest_result import LatestResult
-from intent_perception.ros.node import (
-    LATCHED,
-    IntentNode,
-    declared,
-    declared_database,
-    run,
-)
+from intent_perception.ros.node import LATCHED, IntentNode, run
 
 
 @dataclass(frozen=True)

@@ -5,20 +5,16 @@ from typing import Any
 
 from intent_msgs import msg as msgs
 
-from intent_imitation.planner.planner import GraspPlanner, PlannerConfig
+from intent_imitation.planner.planner import GraspPlanner
+from intent_imitation.planner.planner_config import PlannerConfig
 from intent_imitation.ros.convert import plan_to_msg
-from intent_inference.intention.estimator import TaskPosterior
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_inference.ros.convert import posterior_from_msg
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_perception.ros.convert import TABLE_FRAME
+from intent_perception.ros.declared import declared, declared_database
 from intent_perception.ros.latest_result import LatestResult
-from intent_perception.ros.node import (
-    IntentNode,
-    aside,
-    declared,
-    declared_database,
-    run,
-)
+from intent_perception.ros.node import IntentNode, aside, run
 from intent_perception.ros.shaped_objects import listen_for_objects
 
 _PREPARED = 4.0

@@ -21,16 +21,8 @@ from intent_perception.bags.frame_assembly import ImageConfig, color_from, stamp
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.lens import camera_from, lens_from
 from intent_perception.objects.model import ObjectModel
-from intent_perception.ros.node import (
-    LATCHED,
-    RESULTS,
-    IntentNode,
-    ShareConfig,
-    declared,
-    declared_database,
-    guarded,
-    run,
-)
+from intent_perception.ros.declared import declared, declared_database
+from intent_perception.ros.node import LATCHED, RESULTS, IntentNode, ShareConfig, guarded, run
 from intent_perception.ros.shaped_objects import learn_shapes
 from intent_tracking.ros.convert import state_from_msg
 

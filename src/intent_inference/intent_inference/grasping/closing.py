@@ -7,7 +7,7 @@ so that a try needs tens of postures instead of hundreds. Everything is float32.
 import numba as nb
 import numpy as np
 
-from intent_inference.grasping.grasping_hand import SphereArrays
+from intent_inference.grasping.hand_spheres import SphereArrays
 from intent_perception.basics.arrays import Floats
 from intent_perception.geometry.sdf import sample
 

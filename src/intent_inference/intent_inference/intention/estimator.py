@@ -7,15 +7,11 @@ from typing import Literal
 import numpy as np
 
 from intent_inference.intention.class_priors import ClassPriors
+from intent_inference.intention.contributions import Contribution, explain
 from intent_inference.intention.held_intention import HeldIntention, Rests, intended
 from intent_inference.intention.reach import ReachConfig, ReachFilter, ReachForecast
-from intent_inference.motion.measures import MEASURES
-from intent_inference.motion.motion_network import (
-    NOTHING,
-    PHASES,
-    MotionNetwork,
-    shipped_motion,
-)
+from intent_inference.intention.task_posterior import TaskPosterior
+from intent_inference.motion.motion_network import MotionNetwork, shipped_motion
 from intent_inference.network.junction_tree import junction_tree_log_odds
 from intent_inference.network.model_file import load_model, shipped_model
 from intent_inference.network.probability_calibration import sigmoid
@@ -30,86 +26,10 @@ from intent_tracking.grasp.grasp_detector import GraspDetector, StableGrasp
 from intent_tracking.grasp.rehearsal_states import rehearsal_states
 from intent_tracking.scene.scene_state import SceneState
 
-
-@dataclass(frozen=True)
-class Contribution:
-    """How much one piece of evidence moved one task."""
-
-    task: str
-    variable: str
-    log_odds: float
-    """Calibrated log-odds with the variable less those without it; of a measure of motion, what it
-    added to log p(motion | task) less the mean over the meanings."""
-
-
 _AT_AN_END = 0.08
 """A long thing may be held at its end: the palm may be so much farther away [m]."""
 _JITTER = 0.01
 """Stamps of cameras are early or late by so much [s]."""
-STAGES = ("REACH", *PHASES)
-
-
-@dataclass(frozen=True, eq=False)
-class TaskPosterior:
-    """What one hand's grasp of one object, or its reach towards it, says about the tasks."""
-
-    stamp: int
-    """Stamp of the grasp or frame [ns]."""
-    object_id: str
-    object_class: str
-    tasks: tuple[str, ...]
-    probability: Array
-    """(T,) what the grasp *affords*: p(task | evidence) of each task's networks; they need not sum
-    to one."""
-    intends: Array
-    """(T + 1,) what the person *means*, by prior, grasp and motion so far: one distribution over
-    the tasks and, last, "none of these"; sums to one."""
-    stage: str
-    """One of `STAGES`."""
-    best: str | None
-    """Most probable of `intends` among the tasks that the grasp is good for; None: none."""
-    above_threshold: tuple[str, ...]
-    """Tasks that the grasp is good for, most probable first."""
-    preliminary: bool
-    """No grasp has been stable yet: a forecast from the frames so far."""
-    unknown_score: float
-    """-log p(evidence): high for an object or grasp unlike all in training."""
-    missing: tuple[str, ...]
-    """Variables of the model that were not observed."""
-    explanation: tuple[Contribution, ...]
-    """Every observed variable and task, the largest effect first."""
-
-    def __post_init__(self) -> None:
-        """Refuse what is no probability of the tasks."""
-        if self.probability.shape != (len(self.tasks),) or not np.all(
-            (self.probability >= 0.0) & (self.probability <= 1.0)
-        ):
-            raise ValueError(
-                f"expected a probability in 0..1 of {', '.join(self.tasks)}, "
-                f"got {self.probability.tolist()}"
-            )
-        if self.intends.shape != (len(self.tasks) + 1,) or not (
-            np.all(self.intends >= 0.0) and abs(float(self.intends.sum()) - 1.0) < 1e-6
-        ):
-            raise ValueError(
-                f"expected intends over {', '.join(self.meanings)} that sums to one, "
-                f"got {self.intends.tolist()}"
-            )
-        if self.stage not in STAGES:
-            raise ValueError(f"expected a stage of {', '.join(STAGES)}, got {self.stage!r}")
-        named = {self.best, *self.above_threshold} - {None}
-        if not named <= set(self.tasks):
-            raise ValueError(f"expected {', '.join(map(str, named))} among the tasks {self.tasks}")
-
-    @property
-    def grasp_explanation(self) -> tuple[Contribution, ...]:
-        """What moved `probability`; the rest of the explanation is of the motion and does not."""
-        return tuple(one for one in self.explanation if one.variable not in MEASURES)
-
-    @property
-    def meanings(self) -> tuple[str, ...]:
-        """What `intends` is about: the tasks and, last, none of these."""
-        return (*self.tasks, NOTHING)
 
 
 @dataclass(frozen=True)
@@ -388,27 +308,3 @@ def least_deviations(
             known = np.nan_to_num(given.get(name, np.zeros_like(features[name])), nan=0.0)
             given[name] = np.maximum(known, floor)
     return {name: values for name, values in given.items() if name in features}
-
-
-def explain(model: TaskModel, evidence: SoftEvidence) -> tuple[Contribution, ...]:
-    """Return how the log-odds of every task fall when each observed variable is removed.
-
-    Args:
-        model: the networks.
-        evidence: one observation.
-    """
-    names = [name for name in model.variables if name in evidence.observed]
-    names = [name for name in names if evidence.observed[name][0]]
-    cases = [evidence, *(evidence.without(model.bank, (name,)) for name in names)]
-    stacked = SoftEvidence(
-        np.concatenate([case.likelihoods[:1] for case in cases]),
-        np.concatenate([case.log_scale[:1] for case in cases]),
-        {name: np.array([case.observed[name][0] for case in cases]) for name in evidence.observed},
-    )
-    log_odds = model.calibrated_log_odds(stacked)
-    effects = [
-        Contribution(task, name, float(log_odds[0, column] - log_odds[row, column]))
-        for row, name in enumerate(names, start=1)
-        for column, task in enumerate(model.tasks)
-    ]
-    return tuple(sorted(effects, key=lambda effect: -abs(effect.log_odds)))

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator, TaskPosterior
+from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator
 from intent_inference.intention.observed_scene import ObservedScene, read_observed
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_tracking.grasp.grasp_detector import GraspDetector
 from intent_tracking.grasp.grasp_features import GraspFeatures

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from intent_msgs import msg as msgs
 
-from intent_inference.intention.estimator import Contribution, TaskPosterior
+from intent_inference.intention.contributions import Contribution
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_perception.bags.frame_assembly import stamp_of
 from intent_perception.ros.convert import header_at
 

@@ -6,8 +6,9 @@ from intent_msgs.msg import SceneState, StableGrasp, TaskPosterior
 
 from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator
 from intent_inference.ros.convert import posterior_to_msg
+from intent_perception.ros.declared import declared
 from intent_perception.ros.latest_result import LatestResult
-from intent_perception.ros.node import RESULTS, IntentNode, declared, run
+from intent_perception.ros.node import RESULTS, IntentNode, run
 from intent_perception.ros.shaped_objects import learn_shapes
 from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
 

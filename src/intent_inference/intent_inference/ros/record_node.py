@@ -9,7 +9,8 @@ from std_srvs.srv import Trigger
 
 from intent_inference.intention.demonstration_log import DemonstrationLog
 from intent_perception.basics.parameters import Checked
-from intent_perception.ros.node import RESULTS, IntentNode, declared, run
+from intent_perception.ros.declared import declared
+from intent_perception.ros.node import RESULTS, IntentNode, run
 from intent_tracking.ros.convert import grasp_from_msg, state_from_msg
 
 

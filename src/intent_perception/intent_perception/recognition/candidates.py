@@ -1,7 +1,6 @@
 """Hypotheses worth drawing: held against the depth image pixel by pixel, after refinement."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,19 +9,22 @@ from intent_perception.basics.arrays import Floats
 from intent_perception.geometry.rasterizer import NOTHING
 from intent_perception.recognition.conflict import PixelEvidence
 from intent_perception.recognition.estimation.shape_estimator import EstimatedShape
-from intent_perception.recognition.estimation.thing_gate import ELSEWHERE, MISFIT, things_meant
+from intent_perception.recognition.estimation.thing_gate import (
+    ELSEWHERE,
+    MISFIT,
+    hardly_there,
+    things_meant,
+)
 from intent_perception.recognition.proposal.model_library import ModelLibrary
 from intent_perception.recognition.verification.alignment import align
 from intent_perception.recognition.verification.alternatives import (
     SPINS,
     turned,
-    worth_of,
     worth_of_turns,
 )
 from intent_perception.recognition.verification.color_evidence import color_mismatch
-from intent_perception.recognition.verification.contour import contour, surface_beyond
+from intent_perception.recognition.verification.drawing import Drawing
 from intent_perception.recognition.verification.explanation import COUNTS, draw, explain, settle
-from intent_perception.recognition.verification.fit_measures import patch_residual, shape_shown
 from intent_perception.recognition.verification.point_check import support_of_all
 from intent_perception.scene.scene_view import SceneView
 
@@ -37,6 +39,7 @@ _REGION = 48  # edge of the image regions between which the drawing is shared ou
 _PER_REGION = 36
 _PER_MODEL = 3  # in one region
 _PER_THING = 24  # of what is known to be one thing, and how large
+_PER_UNLIKELY = 8  # of these, of classes that it has not the look of
 MOST_AT_FIRST, MOST_LATER = 200, 180
 """In the first look and in the second: what bounds the work in a crowd, or where a whole arm or
 room is taken for objects."""
@@ -45,66 +48,10 @@ _CLEAR = 0.3  # evidence of pixels whose colour counts
 _LEAST_CONTOUR_FACTOR = 0.85  # neighbours may touch: the contour alone rules nothing out
 _LEAST_COLOR_FACTOR = 0.5  # lamps and paints differ: colour alone rules nothing out
 _AROUND = 20  # width of the frame in which the table is looked at [pixel]
-_SPREAD = 0.002  # systematic error of a depth camera [m]
 _TILTED = 0.2  # an object tilted more than this leans on something [rad]
 _AS_STABLE = 0.05  # turns that are this much further from a stable pose are as good [rad]
 _COVERED = 0.03  # surfaces of one object are no further apart in depth [m]
 _BELOW = 0.012  # an object that reaches further into the table is hardly there [m]
-
-
-@dataclass(frozen=True, eq=False)
-class Drawing:
-    """One model at one pose, drawn and compared with the scene."""
-
-    left: int
-    """Column of the window's first pixel."""
-    top: int
-    """Row of the window's first pixel."""
-    depth: Floats
-    """(h, w) of the model."""
-    evidence: Floats
-    """(h, w), see `explain`."""
-    counts: Floats
-    """(COUNTS,)."""
-    mismatch: float
-    """How much the colour differs from the model's, 0 = not, see `color_mismatch`."""
-
-    def worth(self, explained: Floats) -> float:
-        """Return what it adds to what is explained (H, W), less what is against it [pixel]."""
-        return float(worth_of(self.evidence, self.left, self.top, explained))
-
-    def contour(self, scene: SceneView, explained: Floats, tolerance: float) -> tuple[int, int]:
-        """Return on how many contour pixels the scene ends, and on how many it goes on."""
-        image = scene.image
-        ends, goes_on = contour(
-            self.left,
-            self.top,
-            self.depth,
-            image.depth,
-            image.smooth,
-            scene.parts.mask,
-            explained,
-            tolerance,
-        )
-        return int(ends), int(goes_on)
-
-    def residual(self, scene: SceneView, tolerance: float) -> float:
-        """Return `patch_residual` [m]."""
-        place = (self.left, self.top, self.depth)
-        return float(patch_residual(*place, scene.image.depth, scene.parts.mask, 2.0 * tolerance))
-
-    def closeness(self, scene: SceneView, tolerance: float) -> float:
-        """Return how closely the model follows the measured surface, 0..1."""
-        return 1.0 / (1.0 + (self.residual(scene, tolerance) / _SPREAD) ** 2)
-
-    def measures(self, scene: SceneView, explained: Floats, tolerance: float) -> Floats:
-        """Return residual [mm], surface beyond the outline, and both of `shape_shown` (4,)."""
-        image, mask = scene.image, scene.parts.mask
-        place = (self.left, self.top, self.depth)
-        residual = self.residual(scene, tolerance)
-        beyond = surface_beyond(*place, image.smooth, mask, explained, tolerance)
-        shown = shape_shown(self.evidence, self.left, self.top, image.normals)
-        return np.array([1000.0 * residual, beyond, *shown], np.float32)
 
 
 class PoseJudge:
@@ -177,6 +124,8 @@ class PoseJudge:
         drawn_points = (library.points, library.offsets)
         meant = things_meant(shapes, models, poses, *drawn_points, scene.intrinsics)
         models, poses, meant = (values[meant != MISFIT] for values in (models, poses, meant))
+        classes = [library.models[model].object_class for model in models]
+        hardly = hardly_there(shapes, meant, classes)
         score, match = support_of_all(
             poses, models, *surface, *scene.surface, self._tolerance, 0.6
         ).T
@@ -192,6 +141,7 @@ class PoseJudge:
         taken: dict[int, int] = {}
         taken_of: dict[tuple[int, int], int] = {}
         taken_by: dict[int, int] = {}
+        hardly_by: dict[int, int] = {}
         kept: list[int] = []
         for k in np.argsort(-worth, kind="stable"):
             if len(kept) >= most or room <= 0.0:
@@ -204,6 +154,9 @@ class PoseJudge:
             thing = int(meant[k])
             if thing != ELSEWHERE and taken_by.get(thing, 0) >= _PER_THING:
                 continue
+            if hardly[k] and hardly_by.get(thing, 0) >= _PER_UNLIKELY:
+                continue
+            hardly_by[thing] = hardly_by.get(thing, 0) + int(hardly[k])
             taken_by[thing] = taken_by.get(thing, 0) + 1
             taken[place] = taken.get(place, 0) + 1
             taken_of[own] = taken_of.get(own, 0) + 1

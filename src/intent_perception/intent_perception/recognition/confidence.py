@@ -1,7 +1,5 @@
 """How sure is it? The probability that a detection is right, from what speaks for it."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +7,7 @@ from intent_perception import SHARE
 from intent_perception.basics.arrays import Floats
 from intent_perception.basics.checked_files import read_yaml
 from intent_perception.recognition.conflict import quality_of
+from intent_perception.recognition.verification.drawing import Drawing
 from intent_perception.recognition.verification.explanation import (
     DISAGREE,
     DRAWN,
@@ -19,10 +18,6 @@ from intent_perception.recognition.verification.explanation import (
     TABLE,
     UNKNOWN,
 )
-
-if TYPE_CHECKING:
-    from intent_perception.recognition.candidates import Drawing
-
 
 FEATURES = {
     "quality": 1,
@@ -55,7 +50,7 @@ _HIGHEST = np.array([4.0, 0.3, 1.0, 1.0])
 
 
 def features_of(
-    drawing: "Drawing",
+    drawing: Drawing,
     contour: tuple[int, int],
     lowest: float,
     alike: float,

@@ -8,7 +8,9 @@ from intent_perception.basics.parameters import Checked
 from intent_perception.basics.safe_files import write_json
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.ros.camera_frames import CameraFrames, FramesConfig
-from intent_perception.ros.node import LATCHED, FrameSubscription, IntentNode, declared, run
+from intent_perception.ros.declared import declared
+from intent_perception.ros.frame_subscription import FrameSubscription
+from intent_perception.ros.node import LATCHED, IntentNode, run
 from intent_perception.scene.camera_calibration import CalibrationConfig, Chessboard, calibrate
 
 

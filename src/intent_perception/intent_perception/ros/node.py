@@ -1,4 +1,4 @@
-"""What all nodes share of ROS: parameters, a node that survives bad input, RGB-D frames, run."""
+"""What all nodes share of ROS: a node that survives bad input and says how it is, and its run."""
 
 import gc
 import os
@@ -9,51 +9,30 @@ import time
 import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from typing import Any, Literal, NoReturn
+from dataclasses import dataclass
+from typing import Any, NoReturn, Protocol
 
 import cv2
 import rclpy
 import rclpy.logging
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.clock import Clock, ClockType
-from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 from threadpoolctl import threadpool_limits
 
-from intent_perception.bags.frame_assembly import (
-    NANOSECONDS,
-    FrameMessages,
-    FrameSynchroniser,
-    ImageConfig,
-    Straight,
-    SynchroniserConfig,
-)
+from intent_perception.bags.frame_assembly import FrameSynchroniser
 from intent_perception.basics.orphaned_files import drop_shared_memory
-from intent_perception.basics.parameters import (
-    Checked,
-    Kind,
-    Parameter,
-    as_field,
-    parameters_of,
-    refusal,
-    with_values,
-)
-from intent_perception.geometry.camera import RgbdFrame
-from intent_perception.objects.database import ObjectDatabase
-from intent_perception.ros.input_watch import InputWatch
+from intent_perception.basics.parameters import Checked
+from intent_perception.ros.declared import declared
+from intent_perception.ros.health.input_watch import InputWatch
+from intent_perception.ros.health.step_health import WARN, StepHealth
 from intent_perception.ros.live_messages import LiveMessages
 from intent_perception.ros.node_help import node_help
-from intent_perception.ros.step_health import WARN, StepHealth
 
 _PREPARING = 10
 """How far the preparation of things stands back for the frames: a niceness."""
@@ -75,15 +54,6 @@ LATCHED = QoSProfile(
 
 
 @dataclass(frozen=True)
-class DatabaseConfig(Checked):
-    """Which objects a node knows."""
-
-    models: str = ""
-    """Object database: a YAML file or a folder with one, added to the shipped 48 objects unless it
-    says `only: true`; empty: the shipped ones alone."""
-
-
-@dataclass(frozen=True)
 class ShareConfig(Checked):
     """A node's share of the processor; together the five keep up with a camera on two cores."""
 
@@ -94,76 +64,15 @@ class ShareConfig(Checked):
     it takes more over ten seconds; 0.1..1000."""
 
 
-@dataclass(frozen=True)
-class InputConfig(Checked):
-    """How a node's images arrive."""
+class Inputs(Protocol):
+    """The frames that a node hears, if it hears any."""
 
-    color_transport: Literal["raw", "compressed"] = "raw"
-    """How colour images are sent: raw or compressed."""
-    depth_transport: Literal["raw", "compressedDepth", "compressed"] = "raw"
-    """How depth images are sent: raw, compressedDepth, or compressed as PNG of 16 bits."""
-    queue: int = 3
-    """Images kept while a step runs: what arrives beyond is dropped, the oldest first; 1..1000."""
-    silence: float = 5.0
-    """Time without a frame after which the node says what it is waiting for [s], 0 = never,
-    0..3600."""
-    reliable: bool = False
-    """Ask senders to repeat what is lost on the way, as lockstep needs it; a camera that sends as
-    best it can is then not heard."""
-    pause: float = 2.0
-    """After a gap in the stamps this long everything is begun anew, as with another recording [s];
-    0.2..3600."""
-    synchroniser: SynchroniserConfig = field(default_factory=SynchroniserConfig)
-    """Which images belong together."""
+    synchroniser: FrameSynchroniser
+    skipped: int
+    """Frames that were sent and never arrived."""
 
-
-def declared[C](node: Node, config: C, prefix: str = "") -> C:
-    """Return a configuration as the node's parameters set it, each declared with its description.
-
-    Raises:
-        ValueError: if a parameter has the wrong type or is out of range.
-    """
-    values = {p.name: _declared_one(node, p) for p in parameters_of(config, prefix)}
-    result: C = with_values(config, values, prefix)
-    return result
-
-
-def _declared_one(node: Node, parameter: Parameter) -> Any:
-    """Return a parameter, declared in two steps: rclpy's own refusal does not say what it got."""
-    name, kind = parameter.name, parameter.kind
-    default = "" if parameter.default is None else parameter.default
-    default = RosParameter(name, value=list(default) if kind.many else default)
-    loose = ParameterDescriptor(dynamic_typing=True)
-    value = as_field(kind, node.declare_parameter(name, default.value, loose).value)
-    if not kind.allows(value):
-        raise ValueError(refusal(f"parameter {name}", kind, value))
-    ros_value = "" if value is None else list(value) if kind.many else value
-    chosen = RosParameter(name, default.type_, ros_value).get_parameter_value()
-    node.set_descriptor(name, _descriptor(kind, default.type_.value), chosen)
-    return value
-
-
-def _descriptor(kind: Kind, ros_type: int) -> ParameterDescriptor:
-    """Return description, type and range as `ros2 param describe` shows them."""
-    found = ParameterDescriptor(description=kind.description, type=ros_type, read_only=True)
-    if kind.choices:
-        found.additional_constraints = " or ".join(kind.choices)
-    if kind.range is not None and not kind.many:
-        low, high, step = kind.range.low, kind.range.high, kind.range.step
-        if kind.type is int:
-            bounds = IntegerRange(from_value=int(low), to_value=int(high), step=step)
-            found.integer_range = [bounds]
-        else:
-            found.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
-    return found
-
-
-def declared_database(node: Node) -> ObjectDatabase:
-    """Return the object database that the parameter `models` names; empty: the shipped one."""
-    database = ObjectDatabase.load(declared(node, DatabaseConfig()).models or None)
-    for note in database.notes:
-        node.get_logger().warning(note)
-    return database
+    def waiting(self) -> str:
+        """Return what a node without frames is waiting for."""
 
 
 class IntentNode(Node):
@@ -179,7 +88,7 @@ class IntentNode(Node):
         self._share = declared(self, share or ShareConfig())
         stand_back(self._share.niceness)
         self.enabled = True
-        self.inputs: FrameSubscription | None = None
+        self.inputs: Inputs | None = None
         self._health, self._watch = StepHealth(), InputWatch(self)
         self._processed = self.create_publisher(Header, "~/processed", LATCHED)
         self._ready = self.create_publisher(Header, "~/ready", LATCHED)
@@ -307,137 +216,6 @@ class IntentNode(Node):
         self._diagnostics.publish(array)
 
 
-class FrameSubscription:
-    """Subscribes to colour, depth and camera_info and hands over the frames they make."""
-
-    def __init__(
-        self,
-        node: IntentNode,
-        on_frame: Callable[[RgbdFrame], Any],
-        wanted: Callable[[int], bool] = lambda _: True,
-    ) -> None:
-        """Subscribe.
-
-        Args:
-            node: whose parameters say how images arrive.
-            on_frame: takes a frame; False if it will be acknowledged later.
-            wanted: whether the frame of a stamp [ns] is looked at; others are not even decoded.
-        """
-        self._node, self._on_frame, self._wanted = node, on_frame, wanted
-        self._config, images = declared(node, InputConfig()), declared(node, ImageConfig())
-        color = images.straight(node.resolve_topic_name("rgb/image_rect_color"), "color")
-        depth = images.straight(node.resolve_topic_name("depth_registered/image_rect"), "depth")
-        self.synchroniser = FrameSynchroniser(
-            self._config.synchroniser, images.depth_scale, Straight(color, depth)
-        )
-        node.inputs = self
-        self.skipped = 0
-        """Frames that the camera sent and that never arrived: the node was busy."""
-        self._period, self._newest = 0, -1
-        self._jumps, self._two_senders = 0, False
-        self._quiet_since, self._warned = time.monotonic(), False
-        self.topics: list[str] = []
-        self.frame_id = "camera_color_optical_frame"
-        add, config = self.synchroniser, self._config
-        self._subscribe("rgb/image_rect_color", config.color_transport, add.add_color)
-        self._subscribe("depth_registered/image_rect", config.depth_transport, add.add_depth)
-        self._listen(CameraInfo, "rgb/camera_info", add.add_info)
-
-    def _subscribe(self, topic: str, transport: str, add: Callable[[Any], Any]) -> None:
-        if transport == "raw":
-            self._listen(Image, topic, add)
-        else:
-            self._listen(CompressedImage, f"{topic}/{transport}", add)
-
-    def _listen(self, kind: Any, topic: str, add: Callable[[Any], FrameMessages | None]) -> None:
-        name = self._node.resolve_topic_name(topic)
-        self.topics.append(name)
-        way = ReliabilityPolicy.BEST_EFFORT
-        if self._config.reliable:
-            way = ReliabilityPolicy.RELIABLE
-        qos = QoSProfile(depth=self._config.queue, reliability=way)
-
-        def warn(event: Any) -> None:
-            self._node.get_logger().warning(
-                f"{name} is published with an incompatible QoS ({event.last_policy_kind}); "
-                "change the publisher's or set the parameters qos_overrides"
-            )
-
-        self._node.create_subscription(
-            kind,
-            topic,
-            lambda message: self._take(name, add, message),
-            qos,
-            event_callbacks=SubscriptionEventCallbacks(incompatible_qos=warn),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        )
-
-    def _take(self, topic: str, add: Callable[[Any], FrameMessages | None], message: Any) -> None:
-        if not self._node.enabled:
-            return
-        try:
-            messages = add(message)
-        except Exception as error:  # an odd message must not end the node
-            self._node.reject(f"{topic}: {error}")
-            return
-        self._warn_of_two_senders(topic)
-        if self.synchroniser.jumps != self._jumps:
-            self._jumps = self.synchroniser.jumps
-            self._start_over("the clock went back")
-        if messages is None:
-            return
-        gap = (messages.stamp - self._newest) / NANOSECONDS
-        if self._newest >= 0 and gap > self._config.pause:
-            self._start_over(f"nothing was seen for {gap:.1f} s")
-        self.frame_id = messages.depth.header.frame_id or self.frame_id
-        self._count_skipped(messages.stamp)
-        header = Header(frame_id=self.frame_id)
-        header.stamp.sec, header.stamp.nanosec = divmod(messages.stamp, NANOSECONDS)
-        if self._wanted(messages.stamp):
-            self._node.attempt(lambda one: self._on_frame(_checked(one)), messages, header)
-        else:
-            self._node.acknowledge(header)
-        self._quiet_since, self._warned = time.monotonic(), False
-
-    def _warn_of_two_senders(self, topic: str) -> None:
-        """Say once that images of two clocks come, and which are followed."""
-        two = self.synchroniser.two_senders
-        if two and not self._two_senders:
-            self._node.get_logger().warning(
-                f"images of two clocks come on {topic} ({self._node.count_publishers(topic)} "
-                "publishers): those with the older stamps are left out"
-            )
-        self._two_senders = two
-
-    def _start_over(self, reason: str) -> None:
-        self._newest = -1
-        self._node.get_logger().info(f"{reason}: starting over")
-        self._node.reset()
-
-    def _count_skipped(self, stamp: int) -> None:
-        """Count the frames that are missing between the last one and this."""
-        gap = stamp - self._newest
-        if self._newest >= 0 and gap > 0:
-            self._period = min(self._period, gap) if self._period else gap
-            self.skipped += max(0, round(gap / self._period) - 1)
-        self._newest = stamp
-
-    def waiting(self) -> str:
-        """Return what a node without frames is waiting for; warn about it once."""
-        quiet = time.monotonic() - self._quiet_since
-        silence = self._config.silence
-        if not self._node.enabled or silence <= 0.0 or quiet < silence:
-            return ""
-        missing = self.synchroniser.missing
-        what = ", ".join(missing) if missing else "colour and depth of the same time"
-        seen = ", ".join(f"{t}: {self._node.count_publishers(t)}" for t in self.topics)
-        text = f"no frame for {silence:g} s, waiting for {what}; publishers: {seen}"
-        if not self._warned:
-            self._warned = True
-            self._node.get_logger().warning(text)
-        return text
-
-
 def guarded(node: Node, topic: str, callback: Callable[[Any], Any]) -> Callable[[Any], None]:
     """Return a callback that warns about a message which cannot be used, instead of dying."""
 
@@ -462,14 +240,6 @@ def stand_back(niceness: int) -> None:
 def aside() -> ThreadPoolExecutor:
     """Return one thread that prepares things beside the frames, and stands back for them."""
     return ThreadPoolExecutor(1, initializer=lambda: stand_back(_PREPARING))
-
-
-def _checked(messages: FrameMessages) -> RgbdFrame:
-    """Return the frame of messages; ValueError where it cannot be decoded or shows nothing."""
-    frame = messages.decoded()
-    if not frame.depth.any():
-        raise ValueError("the depth image holds no measurement (all zero or NaN)")
-    return frame
 
 
 def _leave(number: int, _: Any) -> NoReturn:

@@ -13,16 +13,10 @@ from intent_perception.recognition.recognizer import Recognizer, RecognizerConfi
 from intent_perception.recognition.rehearsal_scene import rehearsal_frames, rehearsal_things
 from intent_perception.ros.camera_frames import CameraFrames, FramesConfig
 from intent_perception.ros.convert import objects_to_msg
+from intent_perception.ros.declared import declared, declared_database
+from intent_perception.ros.frame_subscription import FrameSubscription
 from intent_perception.ros.latest_result import LatestResult
-from intent_perception.ros.node import (
-    LATCHED,
-    FrameSubscription,
-    IntentNode,
-    ShareConfig,
-    declared,
-    declared_database,
-    run,
-)
+from intent_perception.ros.node import LATCHED, IntentNode, ShareConfig, run
 from intent_perception.ros.shape_messages import shapes_to_msg
 from intent_perception.scene.camera_calibration import read_calibration
 

@@ -10,7 +10,11 @@ share/intent/hand_networks, else into ~/.local/share/intent/hand_networks.
 import argparse
 import sys
 
-from intent_tracking.hands.network_files import fetch_networks, missing_networks, network_file
+from intent_tracking.hands.networks.network_files import (
+    fetch_networks,
+    missing_networks,
+    network_file,
+)
 
 
 def main(arguments: list[str] | None = None) -> int:

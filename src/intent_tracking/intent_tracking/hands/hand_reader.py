@@ -26,9 +26,9 @@ from intent_tracking.hands.hand_square import (
     search_views,
     square_of_key_points,
 )
-from intent_tracking.hands.landmark_network import KeyPoints, LandmarkNetwork
-from intent_tracking.hands.palm_network import PalmNetwork
-from intent_tracking.hands.seen_hand import SeenHand, certainty
+from intent_tracking.hands.networks.landmark_network import KeyPoints, LandmarkNetwork
+from intent_tracking.hands.networks.palm_network import PalmNetwork
+from intent_tracking.hands.seen_hand import SeenHand
 
 _SETTLED = 2
 """Age from which the loss of a hand calls for a search: what is gone at once was none."""
@@ -54,12 +54,11 @@ class HandReaderConfig(Checked):
     """Score from which a palm is looked at, 0.05..0.99."""
     least_presence: float = 0.5
     """Presence below which there is no hand, 0.05..0.99."""
-    search_period: int = 2
-    """Frames between searches while no hand is seen, 1..100."""
+    search_period: int = 4
+    """Frames between searches while no hand is seen, 1..100; where something moves, is looked at
+    once."""
     second_period: int = 15
     """Frames between searches while one is, 1..1000."""
-    side_memory: float = 0.98
-    """Share of what is known of a hand's side that is kept from frame to frame, 0..1."""
     same_palm: float = 0.25
     """A palm this near to a known hand is its [sides of the square], 0.01..1."""
     same_hand: float = 0.12
@@ -159,18 +158,8 @@ class HandReader:
             if seen is None or any(self._same(seen[1], other) for other in kept):
                 self._lost.append((hand, self._frame))
                 continue
-            kept.append(self._again(hand, *seen, hand.age + 1))
+            kept.append(_seen(hand.identity, *seen, hand.age + 1))
         self._hands = tuple(kept)
-
-    def _again(self, hand: SeenHand, square: HandSquare, points: KeyPoints, age: int) -> SeenHand:
-        """Return a known hand as it is seen now; what is known of its side is kept.
-
-        A side does not change, but looks in doubt and at hands cut off often name the wrong one.
-        """
-        before = self._config.side_memory * hand.sided
-        sided = before + certainty(points.presence)
-        right = (before * hand.right + certainty(points.presence) * points.right) / sided
-        return _seen(hand.identity, points, square, right, age, sided)
 
     def _search(self, color: ColorImage, part: HandSquare | None) -> None:
         """Look for palms in the whole image or a part of it, and at the hands around them."""
@@ -213,7 +202,7 @@ class HandReader:
                 return True
             if _merit(seen[1], square) > _merit(hand, square) + _CLEARLY:
                 hands = list(self._hands)
-                hands[row] = self._again(hand, *seen, hand.age)
+                hands[row] = _seen(hand.identity, *seen, hand.age)
                 self._hands = tuple(hands)
             return True
         return False
@@ -224,10 +213,10 @@ class HandReader:
         for one in sorted(recent, key=lambda one: _distance(one[0].square, square)):
             if _distance(one[0].square, square) < self._config.again:
                 self._lost = [other for other in recent if other is not one]
-                return self._again(one[0], square, points, 0)
+                return _seen(one[0].identity, square, points, 0)
         self._lost = recent
         self._next += 1
-        return _seen(self._next - 1, points, square, points.right, 0, certainty(points.presence))
+        return _seen(self._next - 1, square, points, 0)
 
     def _read(self, color: ColorImage, square: HandSquare) -> tuple[HandSquare, KeyPoints] | None:
         """Return the square of the key points read in a square, and them; None without a hand."""
@@ -266,11 +255,7 @@ def _merit(points: KeyPoints | SeenHand, square: HandSquare) -> float:
     return points.presence - _REACH_WORTH * apart
 
 
-def _seen(
-    identity: int, points: KeyPoints, square: HandSquare, right: float, age: int, sided: float
-) -> SeenHand:
-    presence = points.presence
-    looked = points.right
+def _seen(identity: int, square: HandSquare, points: KeyPoints, age: int) -> SeenHand:
     return SeenHand(
-        identity, points.pixels, points.shape, presence, right, square, age, sided, looked
+        identity, points.pixels, points.shape, points.presence, points.right, square, age
     )

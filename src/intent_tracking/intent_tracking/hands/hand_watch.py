@@ -6,9 +6,7 @@ others rest is looked at, else the one nearest to the objects; but while somethi
 hand at rest is the one that acts.
 """
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +17,7 @@ from intent_tracking.hands.hand_square import HandSquare, square_of_key_points
 from intent_tracking.hands.key_point_start import KeyPointConfig, key_evidence
 from intent_tracking.hands.moving_arm import ends_of, view_of
 from intent_tracking.hands.seen_hand import PALM, SeenHand
+from intent_tracking.hands.side_odds import SideOdds, Tell
 from intent_tracking.image.frame_evidence import NO_KEYS, KeyEvidence
 from intent_tracking.image.moving_depth import MovingDepth, MovingThing
 from intent_tracking.scene.hand_model import SIDES, Side
@@ -51,10 +50,6 @@ _ARM_AREA = 0.002
 """Visible surface of a thing that moves from which it may be an arm with a hand [m^2]."""
 _SECOND = 4
 """Looks between two at a hand in doubt where an arm ends and where the fit is."""
-_SIDE_LOOKS, _SIDE_PERIOD = 8, 4
-"""First looks at a hand that all tell its side, and looks between two that do afterwards."""
-_SURE_ODDS, _MOST_ODDS = 3.0, 8.0
-"""Log-odds of a side below which every look at the hand must tell it, and the largest ones."""
 _REGIONS = 3
 """Most places in a frame that are looked at for a missed hand."""
 
@@ -71,6 +66,8 @@ class Expectation:
     """Fit and networks agree, so that not every frame must be read."""
     objects: Array | None = None
     """(n, 2) where objects are in the image [pixels]."""
+    hurried: bool = False
+    """Newer frames wait already, so that not every frame is read."""
 
 
 class HandWatch:
@@ -104,7 +101,7 @@ class HandWatch:
         self.missed = 0
         """Looks in a row that did not find it."""
         self._keys: dict[Side, KeyEvidence] = {}
-        self._sides: dict[int, tuple[float, float, int]] = {}
+        self._sides = SideOdds()
         self._identity = -1
         self._acted: set[int] = set()
         self._arrived: set[int] = set()
@@ -155,16 +152,14 @@ class HandWatch:
         self,
         frame: RgbdFrame,
         expectation: Expectation,
-        tell: Callable[[SeenHand, tuple[Side, ...]], tuple[float, float]],
+        tell: Tell,
     ) -> None:
         """Look for the hand in the next frame.
 
         Args:
             frame: the next one.
             expectation: what is known of it.
-            tell: log-odds of a right hand that a look at one is worth, and how well a hand of
-                the given sides explains it, 0..1. Sides do not change: all looks count alike,
-                however old.
+            tell: which side a look at it speaks for.
         """
         self.hand = self.elsewhere = None
         if self._reader is not None:
@@ -188,31 +183,21 @@ class HandWatch:
         told = self.told
         self._keys = {}
         if told is not None:
-            for side in SIDES:
-                self._keys[side] = key_evidence(told, camera, side, self._key_points)
+            points = self._key_points
+            self._keys = {side: key_evidence(told, camera, side, points) for side in SIDES}
 
-    def _note_side(self, tell: Callable[[SeenHand, tuple[Side, ...]], tuple[float, float]]) -> None:
-        """Let the first looks at the seen hand, and then some, tell its side."""
+    def _note_side(self, tell: Tell) -> None:
+        """Let the looks at the seen hand tell its side."""
         seen = self.seen
-        if seen is None:
-            return
-        odds, explained, looks = self._sides.get(seen.identity, (0.0, 1.0, 0))
-        looked = 0.0 if seen.looked is None else seen.looked - 0.5
-        unsure = abs(odds) < _SURE_ODDS or looked * odds < 0.0
-        if unsure or looks < _SIDE_LOOKS or looks % _SIDE_PERIOD == 0:
-            worth, explained = tell(seen, SIDES)
-            odds = min(max(odds + worth, -_MOST_ODDS), _MOST_ODDS)
-        elif self._doubted and looks % 2 == 0:
-            explained = tell(seen, ("right" if odds > 0.0 else "left",))[1]
-        self._sides[seen.identity] = odds, explained, looks + 1
-        sided = replace(seen, right=1.0 / (1.0 + math.exp(-odds)), explained=explained)
-        self.hand, self.elsewhere = (sided, None) if self.hand else (None, sided)
+        if seen is not None:
+            sided = self._sides.noted(seen, self._doubted, tell)
+            self.hand, self.elsewhere = (sided, None) if self.hand else (None, sided)
 
     def _may_skip(self, expectation: Expectation) -> bool:
         """Return whether this frame need not be read."""
         self._skipped += 1
-        acts = self._identity in self._acted
-        if acts and expectation.settled and self._skipped < self._period:
+        settled = expectation.settled and self._identity in self._acted
+        if (settled or expectation.hurried) and self._skipped < self._period:
             return True
         self._skipped, self._looks = 0, self._looks + 1
         return False

@@ -34,21 +34,17 @@ class SeenHand:
     presence: float
     """Probability that there is a hand."""
     right: float
-    """Probability that it is a right one, over the last frames."""
+    """Probability that it is a right one: by this look, then by all looks, see `looked`."""
     square: HandSquare
     """Upright around it: where the next frame's key points are read."""
     age: int = 0
     """Frames since it was found."""
-    sided: float = 1.0
-    """Looks that its side is known from, those in doubt and those long ago counting less."""
     looked: float | None = None
-    """Probability that it is a right one by this look alone; None: as over the last frames."""
-
+    """Probability that it is a right one by this look alone, where `right` is of all looks."""
     explained: float = 1.0
     """How well a hand explains its key points, 0..1: what no hand explains is read wrongly."""
 
     @property
     def mirrored(self) -> bool:
         """Whether this look takes it for a hand of the other side: its key points are not its."""
-        looked = self.right if self.looked is None else self.looked
-        return abs(looked - self.right) > _MIRRORED
+        return self.looked is not None and abs(self.looked - self.right) > _MIRRORED

@@ -4,14 +4,9 @@ from typing import Any
 
 from intent_msgs.msg import SceneState, StableGrasp
 
+from intent_perception.ros.declared import declared, declared_database
 from intent_perception.ros.latest_result import LatestResult
-from intent_perception.ros.node import (
-    RESULTS,
-    IntentNode,
-    declared,
-    declared_database,
-    run,
-)
+from intent_perception.ros.node import RESULTS, IntentNode, run
 from intent_perception.ros.shaped_objects import learn_shapes
 from intent_tracking.grasp.grasp_detector import GraspConfig, GraspDetector
 from intent_tracking.grasp.rehearsal_states import rehearsal_states

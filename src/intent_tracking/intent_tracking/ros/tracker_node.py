@@ -15,17 +15,10 @@ from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.recognition import recognizer as recognized
 from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.ros.convert import FrameNames, deletion, header_at, object_markers
+from intent_perception.ros.declared import declared, declared_database
+from intent_perception.ros.frame_subscription import FrameSubscription
 from intent_perception.ros.latest_result import LatestResult
-from intent_perception.ros.node import (
-    RESULTS,
-    FrameSubscription,
-    IntentNode,
-    ShareConfig,
-    aside,
-    declared,
-    declared_database,
-    run,
-)
+from intent_perception.ros.node import RESULTS, IntentNode, ShareConfig, aside, run
 from intent_perception.ros.shaped_objects import listen_for_objects
 from intent_tracking.fit.hand_shape import save_shape
 from intent_tracking.ros.convert import hand_markers, joints_to_msg, scene_transforms, state_to_msg
@@ -36,14 +29,20 @@ from intent_tracking.tracker.tracker_config import TrackerConfig
 _ROUGH = DetectorConfig(focal_length=260.0)
 """Half the usual resolution is enough for the table until the recogniser has answered."""
 
+_MOST_HURRIED = 5
+"""Frames in a row that may be taken in a hurry."""
+
 
 @dataclass(frozen=True)
-class StartConfig(Checked):
-    """What the tracker begins with."""
+class PaceConfig(Checked):
+    """What the tracker waits for, and when it hurries."""
 
     wait: bool = False
     """Wait with the first frame for the recogniser's complete answer, as lockstep does; otherwise
     the hand is followed from the first frame on, and objects join as they are recognised."""
+    late: float = 0.03
+    """A frame that waited this much longer than others is taken in a hurry, because newer ones
+    wait behind it: what can be put off is [s], 0.001..100."""
 
 
 class TrackerNode(IntentNode):
@@ -52,10 +51,8 @@ class TrackerNode(IntentNode):
     def __init__(self) -> None:
         super().__init__("tracker", ShareConfig(niceness=0, budget=30.0))
         self._database = declared_database(self)
-        self._config, self._waits = (
-            declared(self, TrackerConfig()),
-            declared(self, StartConfig()).wait,
-        )
+        self._config, pace = declared(self, TrackerConfig()), declared(self, PaceConfig())
+        self._waits, self._late, self._hurried = pace.wait, pace.late, 0
         self._tracker = Tracker(self._database, self._config)
         if self._tracker.trouble:
             self.get_logger().warning(self._tracker.trouble)
@@ -130,7 +127,7 @@ class TrackerNode(IntentNode):
             return False
         if not self._started:
             self._begin(recognized.table_alone(frame, _ROUGH))
-        state = self._tracker.step(frame)
+        state = self._tracker.step(frame, self._hurries())
         self._states.publish(state_to_msg(state, self._frames.frame_id, self._names.table_frame))
         if state.hand_tracked:
             self._joints.publish(joints_to_msg(state, self._names.table_frame))
@@ -138,6 +135,15 @@ class TrackerNode(IntentNode):
         self._keep_shape()
         self._show(state)
         return True
+
+    def _hurries(self) -> bool:
+        """Return whether this frame is taken in a hurry: the last of a few never is.
+
+        In lockstep none is, so that the same bag gives the same answer.
+        """
+        late = self._frames.lateness.seconds > self._late and not self._waits
+        self._hurried = self._hurried + 1 if late and self._hurried < _MOST_HURRIED else 0
+        return self._hurried > 0
 
     def _show(self, state: Any) -> None:
         """Publish the objects' meshes when there are others, and the hand while somebody looks."""

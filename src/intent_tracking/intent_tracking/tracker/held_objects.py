@@ -15,7 +15,7 @@ from intent_perception.recognition.recognizer import RecognizedObject, Recognize
 from intent_tracking.image.labelling import OF_OBJECT
 from intent_tracking.scene.body_state import BodyState
 from intent_tracking.scene.hand_kernel import HandBuffers, place_hand
-from intent_tracking.tracker.hypothesis import Hypothesis
+from intent_tracking.tracker.hypotheses.hypothesis import Hypothesis
 from intent_tracking.tracker.object_life import ObjectLife, ObjectLifeConfig, hand_gap
 from intent_tracking.tracker.problem import Fit, Problem, Ties
 

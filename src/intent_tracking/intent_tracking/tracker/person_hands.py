@@ -15,7 +15,7 @@ from intent_tracking.hands.key_point_start import (
 )
 from intent_tracking.hands.seen_hand import SeenHand, certainty
 from intent_tracking.scene.hand_model import SIDES, HandModel, Side
-from intent_tracking.tracker.hypothesis import unusual_roll
+from intent_tracking.tracker.hypotheses.hypothesis import unusual_roll
 from intent_tracking.tracker.problem import Problem
 from intent_tracking.tracker.scene_track import SceneTrack
 
@@ -100,9 +100,8 @@ class PersonHands:
                 s.side: unusual_roll(s.side, R_table_camera @ s.state.rotations[0]) for s in starts
             }
             odds += _ROLL_ODDS * (roll["left"] - roll["right"])
-        looked = min(
-            max(seen.looked if seen.looked is not None else seen.right, _DOUBT), 1.0 - _DOUBT
-        )
+        looked = seen.right if seen.looked is None else seen.looked
+        looked = min(max(looked, _DOUBT), 1.0 - _DOUBT)
         odds += math.log(looked / (1.0 - looked))
         telling = min(math.exp((_WELL_EXPLAINED - left) / _EXPLAINED_SPREAD), _MOST_EXPLAINED)
         bounded = _MOST_ODDS * math.tanh(odds / _MOST_ODDS)

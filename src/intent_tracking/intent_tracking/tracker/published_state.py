@@ -9,7 +9,7 @@ from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.scene.hand_model import Side
 from intent_tracking.scene.scene_state import SceneState
 from intent_tracking.scene.state_layout import HAND_SIZE
-from intent_tracking.tracker.hypothesis import Hypothesis
+from intent_tracking.tracker.hypotheses.hypothesis import Hypothesis
 from intent_tracking.tracker.uncertainty import state_deviation
 
 

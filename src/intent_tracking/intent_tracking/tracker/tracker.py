@@ -1,6 +1,5 @@
 """The tracker (Sec. III-B): a hand and N known objects, 26 + 6 N values from every RGB-D frame."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -13,30 +12,28 @@ from intent_perception.objects.database import ModelSource
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.fit.hand_shape import HandShapeEstimate
-from intent_tracking.fit.initialisation import HandStart
 from intent_tracking.hands.hand_square import square_of_key_points
-from intent_tracking.hands.hand_watch import Expectation, HandWatch, at_place
-from intent_tracking.hands.key_point_start import KeyPointStart
+from intent_tracking.hands.hand_watch import Expectation, HandWatch
 from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.hands.seen_palm import nudged, palm_pixel, pixels_of
-from intent_tracking.hands.skin_depth import hand_mask
-from intent_tracking.image.appearance import HAND, color_bins
 from intent_tracking.image.labelling import OF_HAND
-from intent_tracking.scene.body_state import BodyState, start_state
+from intent_tracking.scene.body_state import start_state
 from intent_tracking.scene.hand_kernel import hand_buffers
-from intent_tracking.scene.hand_model import SIDES, Side
+from intent_tracking.scene.hand_model import Side
 from intent_tracking.scene.object_kernel import geometry_of
 from intent_tracking.scene.scene_state import SceneState
-from intent_tracking.tracker.hand_finder import HandFinder, Search
 from intent_tracking.tracker.held_objects import (
     expected,
     joined_objects,
     note_objects,
     reconsidered,
-    ties_of,
 )
-from intent_tracking.tracker.hypothesis import Hypothesis
-from intent_tracking.tracker.hypothesis_judge import GAP_COST, HypothesisJudge
+from intent_tracking.tracker.hypotheses.hypothesis import Hypothesis
+from intent_tracking.tracker.hypotheses.hypothesis_source import (
+    USUAL_COST,
+    FrameContext,
+    HandHypotheses,
+)
 from intent_tracking.tracker.object_life import ObjectLife
 from intent_tracking.tracker.person_hands import PersonHands
 from intent_tracking.tracker.problem import Fit, Problem, surroundings_of
@@ -48,12 +45,6 @@ _SMOOTHING = 0.25
 """Share of the newest frame in the smoothed cost: about four frames judge a hand."""
 _GAP_SMOOTHING = 0.5
 """The same for the distance from the networks' key points, which are steadier."""
-_USUAL_COST = 0.25
-"""Cost of a fit beside which key points count as much as their weights say; the more depth leaves
-unexplained, the more they count, by the third power and within these factors."""
-_TRUST = 0.0, 4.0
-_WORTH_A_TRIAL = 0.25
-"""Starts this much worse than the best are not followed: a wrong side costs less at first."""
 
 
 class Tracker:
@@ -61,13 +52,12 @@ class Tracker:
 
     def __init__(self, models: ModelSource, config: TrackerConfig | None = None) -> None:
         self.config = config or TrackerConfig()
-        self._track_config = replace(self.config.track, swarm_only=self.config.method == "pso")
         self._models = models
+        self._objects: RecognizedObjects | None = None
         wanted = self.config.networks and self.config.method != "pso"
         reader = self.config.reader if wanted else None
         self._watch = HandWatch(reader, self.config.key_points, self.config.look_period)
         self.forget_hand()
-        self._objects: RecognizedObjects | None = None
         self._answer: RecognizedObjects | None = None
 
     @property
@@ -78,6 +68,8 @@ class Tracker:
     def forget_hand(self) -> None:
         """Expect another person: the calibration of the hand's shape begins anew."""
         self._person = PersonHands(self.config.shape, self.config.key_points)
+        if self._objects is not None:
+            self._source.person = self._person
 
     @property
     def shape(self) -> HandShapeEstimate:
@@ -99,15 +91,16 @@ class Tracker:
             self._person.models["right"],
             start_state(poses),
             self._around.objects,
-            self._track_config,
+            self.config.track,
         )
         self._still_life = Hypothesis(track, [ObjectLife(pose) for pose in poses], 0.0)
-        self._finder = HandFinder(self.config, self._around)
-        self._judge = HypothesisJudge(self.config, self._around, self._watch)
+        self._source = HandHypotheses(
+            self.config, self._around, self._watch, self._person, self._still_life
+        )
         self._hypotheses: list[Hypothesis] = []
         self._side: Side | None = None
         self._place: Floats | None = None
-        self._frames = 0
+        self._frames, self._hurried = 0, False
         self._watch.reset()
         self._buffers = hand_buffers()
 
@@ -161,17 +154,20 @@ class Tracker:
             lives = [one.lives[k] if k is not None and i in held else None for i, k in pairs]
             one.join(self._around.objects, poses, lives)
         new = [k for k, before in enumerate(kept) if before is None]
-        self._finder.join(self._around, frame, self._still_life.track, new)
-        self._judge = HypothesisJudge(self.config, self._around, self._watch)
+        self._source.join(self._around, frame, new)
 
     def place_hand(self, side: Side, T_camera_hand: Array, joints: Array) -> None:
         """Start from a known hand pose instead of searching for one."""
         state = self._still_life.track.state.with_hand(T_camera_hand, joints)
-        self._hypotheses = [self._hypothesis(side, state, 0.2)]
+        self._hypotheses = [self._source.hypothesis(side, state, 0.2)]
         self._side, self._place = side, state.values[:3]
 
-    def step(self, frame: RgbdFrame) -> SceneState:
+    def step(self, frame: RgbdFrame, hurried: bool = False) -> SceneState:
         """Return hand and objects in one frame.
+
+        Args:
+            frame: the next one.
+            hurried: whether newer ones wait behind it: then what can be put off is.
 
         Raises:
             ValueError: if `start` was not called.
@@ -179,10 +175,11 @@ class Tracker:
         if self._objects is None:
             raise ValueError("expected Tracker.start before Tracker.step")
         if self._frames == 0:
-            self._finder.begin(frame, self._still_life.track)
+            self._source.finder.begin(frame, self._still_life.track)
         if self._answer is not None:
             answer, self._answer = self._answer, None
             self._join(answer, frame)
+        self._hurried = hurried
         self._look(frame)
         for hypothesis in self._hypotheses:
             self._follow(hypothesis, frame)
@@ -191,7 +188,7 @@ class Tracker:
         visible = bool(self._hypotheses)
         if not self._hypotheses:
             visible = self._search(frame)
-        elif self._judge.doubtful(self._hypotheses[0], self._frames):
+        elif self._doubtful(self._hypotheses[0]):
             self._try_others(frame)
         self._frames += 1
         leader = self._hypotheses[0] if self._hypotheses else None
@@ -199,6 +196,11 @@ class Tracker:
         shape = leader.track.hand.shape if leader else self.shape.shape
         shown = Shown(leader or self._still_life, leader is not None, visible, side, shape)
         return published_state(frame.stamp, self._objects, shown, self.config.life.unseen_frames)
+
+    def _doubtful(self, leader: Hypothesis) -> bool:
+        """Return whether other starts shall be tried now: a young hand's are not put off."""
+        may = not self._hurried or leader.age <= max(self.config.young_trials)
+        return may and self._source.judge.doubtful(leader, self._frames)
 
     def rehearse(self, frame: RgbdFrame) -> None:
         """Go once through what only a hand needs that the networks see and that fits well.
@@ -211,10 +213,14 @@ class Tracker:
         shape = (joints - joints[PALM].mean(axis=0)).astype(np.float64)
         seen = SeenHand(0, pixels, shape, 1.0, 1.0, square_of_key_points(pixels))
         self._watch.pretend(seen, frame.camera)
-        self._seen_starts(frame)
-        problem = self._problem(leader, frame, leader.track.state, leader.active)
+        self._source.seen_starts(frame)
+        state, active = leader.track.state, leader.active
+        problem = self._source.problem(leader, self._moment(frame), state, active)
         leader.track.fit(problem)
         self._person.calibrate(leader.track, problem)
+
+    def _moment(self, frame: RgbdFrame) -> FrameContext:
+        return FrameContext(frame, self._frames, self._side, self._place)
 
     def _look(self, frame: RgbdFrame) -> None:
         """Let the networks look at the hand that is followed, or at any if there is none."""
@@ -222,12 +228,12 @@ class Tracker:
         scene = (leader or self._still_life).track
         centers = [scene.state.pose(1 + k)[:3, 3] for k in range(len(self._still_life.lives))]
         objects = pixels_of(frame.camera, np.reshape(centers, (-1, 3)))
-        expectation = Expectation(objects=objects)
+        expectation = Expectation(objects=objects, hurried=self._hurried)
         if leader is not None:
             joints = leader.track.joints(leader.track.predict())
             middle, seen = palm_pixel(frame.camera, joints), pixels_of(frame.camera, joints)
-            settled = len(self._hypotheses) == 1 and self._judge.settled(leader)
-            expectation = Expectation(middle, seen, settled, objects)
+            settled = len(self._hypotheses) == 1 and self._source.judge.settled(leader)
+            expectation = Expectation(middle, seen, settled, objects, self._hurried)
         around = self._around
         upright = around.T_table_camera[:3, :3] if around.table is not None else None
         tell = partial(self._person.told, frame, upright)
@@ -241,8 +247,9 @@ class Tracker:
             guess = nudged(guess, track.joints(guess), self._watch.keys_of(track.hand.side))
         guess = expected(guess, lives)
         active = tuple(k for k, life in enumerate(lives) if life.active)
-        problem = self._problem(hypothesis, frame, guess, active)
-        fit = reconsidered(hypothesis, problem, track.fit(problem), self.config.life)
+        problem = self._source.problem(hypothesis, self._moment(frame), guess, active)
+        fit = track.tried(problem) if self._hurried else track.fit(problem)
+        fit = reconsidered(hypothesis, problem, fit, self.config.life)
         track.accept(problem, fit)
         self._note(hypothesis, problem, fit)
         due = hypothesis is self._hypotheses[0] and self._frames % self.config.learn_period == 0
@@ -250,26 +257,15 @@ class Tracker:
             track.learn(problem, self._around.appearance)
         self._learn_shape(hypothesis, problem, frame)
 
-    def _problem(
-        self, hypothesis: Hypothesis, frame: RgbdFrame, guess: BodyState, active: tuple[int, ...]
-    ) -> Problem:
-        """Return what a frame asks of a hypothesis next to a guess."""
-        ties = ties_of(hypothesis.lives, active, self.config.life)
-        seed = self._frames + 1000 * self.config.seed
-        keys = self._watch.keys_of(hypothesis.track.hand.side)
-        trust = np.float32(np.clip((hypothesis.mean_cost / _USUAL_COST) ** 3, *_TRUST))
-        keys = keys._replace(weights=keys.weights * trust)
-        return hypothesis.track.problem(frame, guess, active, ties, self._around, keys, seed)
-
     def _learn_shape(self, hypothesis: Hypothesis, problem: Problem, frame: RgbdFrame) -> None:
         """Let key points of a young hand and well-fitted frames of an older one tell its shape."""
         track, seen = hypothesis.track, self._watch.hand
         poor = hypothesis.mean_cost > self.config.good_cost  # else depth knows the size better
-        if seen is not None and poor and self._judge.supported(hypothesis):
+        if seen is not None and poor and self._source.judge.supported(hypothesis):
             self._person.size(track, seen, frame)
-        if len(self._hypotheses) > 1 or hypothesis.age < self.config.shape.first:
+        if len(self._hypotheses) > 1 or hypothesis.age < self.config.shape.first or self._hurried:
             return
-        if max(hypothesis.mean_cost, track.cost) < self._judge.telling_cost(hypothesis):
+        if max(hypothesis.mean_cost, track.cost) < self._source.judge.telling_cost(hypothesis):
             self._person.calibrate(track, problem)
 
     def _note(self, hypothesis: Hypothesis, problem: Problem, fit: Fit) -> None:
@@ -282,7 +278,7 @@ class Tracker:
         hypothesis.patience = max(0, hypothesis.patience - 1)
         rate = max(_SMOOTHING, 1.0 / hypothesis.age)
         hypothesis.mean_cost += rate * (fit.cost - hypothesis.mean_cost)
-        gap = self._judge.gap(hypothesis.track, hypothesis.track.state)
+        gap = self._source.judge.gap(hypothesis.track, hypothesis.track.state)
         if gap is not None:
             before = gap if hypothesis.gap is None else hypothesis.gap
             hypothesis.gap = before + _GAP_SMOOTHING * (gap - before)
@@ -290,7 +286,9 @@ class Tracker:
 
     def _give_up_lost(self) -> None:
         """Forget hypotheses that follow no hand; what the leader knows of the objects is kept."""
-        lost = [hypothesis for hypothesis in self._hypotheses if self._judge.lost(hypothesis)]
+        lost = [
+            hypothesis for hypothesis in self._hypotheses if self._source.judge.lost(hypothesis)
+        ]
         if lost and lost[0] is self._hypotheses[0]:
             state = lost[0].track.state
             if lost[0].age > max(self.config.young_trials):
@@ -303,9 +301,9 @@ class Tracker:
     def _compete(self) -> None:
         """Put the better hypothesis first; end the competition when it is clear."""
         if len(self._hypotheses) > 1:
-            self._hypotheses.sort(key=self._judge.rank)
+            self._hypotheses.sort(key=self._source.judge.rank)
             first, second = self._hypotheses[:2]
-            lead = self._judge.rank(second) - self._judge.rank(first)
+            lead = self._source.judge.rank(second) - self._source.judge.rank(first)
             if first.age >= self.config.decision_frames or (
                 first.age >= 3 and lead > self.config.decision_margin
             ):
@@ -315,147 +313,30 @@ class Tracker:
 
     def _search(self, frame: RgbdFrame) -> bool:
         """Look for a hand; return whether there is anything like one."""
-        found = self._seen_hypotheses(frame)
+        moment = self._moment(frame)
+        found = self._source.seen(moment)
         visible = bool(found)
-        due = self._frames % self.config.search_period == 0
-        if not found and (due or self._watch.trouble or self._watch.moving):
-            found, visible = self._found_hypotheses(frame)
-        self._hypotheses = sorted(found, key=self._judge.rank)
+        due = self._watch.moving or self._frames % self.config.search_period == 0
+        if not found and (self._watch.trouble or (due and not self._hurried)):
+            found, visible = self._source.found(moment)
+        self._hypotheses = sorted(found, key=self._source.judge.rank)
         return visible or self._watch.hand is not None
-
-    def _seen_hypotheses(self, frame: RgbdFrame) -> list[Hypothesis]:
-        """Return what the networks' key points say, each fitted once."""
-        found = []
-        for start in self._seen_starts(frame):
-            state = self._still_life.track.state.replaced([], start.state)
-            hypothesis = self._hypothesis(start.side, state, self.config.lost_cost)
-            problem = self._problem(hypothesis, frame, state, ())
-            fit = hypothesis.track.tried(problem)
-            hypothesis.track.accept(problem, fit)
-            hypothesis.track.before = hypothesis.track.state
-            hypothesis.mean_cost, hypothesis.fit = fit.cost, fit
-            hypothesis.gap = self._judge.gap(hypothesis.track, fit.state)
-            if fit.cost < self.config.accept_cost or self._judge.supported(hypothesis):
-                found.append(hypothesis)
-        return found
-
-    def _seen_starts(self, frame: RgbdFrame) -> list[KeyPointStart]:
-        """Return starts from the networks' key points, and learn the colours of what they see."""
-        told = self._watch.told
-        starts = self._person.starts(told, frame) if told is not None else []
-        if told is not None and starts:
-            mask = hand_mask(frame.depth, told.pixels, starts[0].depth)
-            self._around.appearance.learn(HAND, color_bins(frame.color[mask]))
-        return starts
-
-    def _found_hypotheses(self, frame: RgbdFrame) -> tuple[list[Hypothesis], bool]:
-        """Return what depth and colour alone say, and whether anything looks like a hand."""
-        if self._frames % self.config.learn_period == 0:
-            self._finder.learn_background(frame, self._still_life.track)
-        found = self._starts(frame, SIDES)
-        hypotheses: list[Hypothesis] = []
-        if not found:
-            return hypotheses, False
-        early = self._around.table is not None and self._frames < self.config.still_frames
-        limit = self.config.first_cost if early else self.config.accept_cost
-        best: dict[Side, HandStart] = {}
-        for candidate in found:
-            best.setdefault(candidate.side, candidate)
-        for side, candidate in best.items():
-            cost = candidate.cost - (self.config.side_bias if side == self._side else 0.0)
-            state = self._still_life.track.state.replaced([], candidate.state)
-            hypothesis = self._hypothesis(side, state, cost)
-            palm, joints = _in_picture(hypothesis, frame)
-            comes = self._around.appearance.blind or self._watch.comes(joints)
-            if not comes or self._idle(palm, joints):
-                continue
-            astray = GAP_COST * (hypothesis.gap or 0.0)
-            if candidate.cost + astray < limit and cost < found[0].cost + _WORTH_A_TRIAL:
-                hypotheses.append(hypothesis)
-        return hypotheses, True
-
-    def _idle(self, palm: Array, joints: Array) -> bool:
-        """Return whether palm (2,) and joints (21, 2) [px] are of a hand that idles.
-
-        It does nothing while another one acts.
-        """
-        return any(at_place(hand, palm) for hand in self._watch.idle) or self._watch.rests(joints)
 
     def _try_others(self, frame: RgbdFrame) -> None:
         """Replace the leading hypothesis if another start explains the frame better."""
         first = leader = self._hypotheses[0]
-        for start in self._rival_starts(leader, frame):
-            if not self._judge.open_to(leader, start.side):
+        moment, judge = self._moment(frame), self._source.judge
+        for start in self._source.rival_starts(leader, moment):
+            rival = self._source.rival(leader, start, moment)
+            if rival is None:
                 continue
-            rival = self._rival(leader, start.side, start.state, frame)
-            if self._watch.told is None and self._idle(*_in_picture(rival, frame)):
-                continue
-            lead = self._judge.odd(leader) - self._judge.odd(rival)
+            lead = judge.odd(leader) - judge.odd(rival)
             if self._watch.hand is not None:
                 # Both are where it is seen: depth that explains the leader is believed.
-                lead *= min(1.0, (leader.mean_cost / _USUAL_COST) ** 2)
-            cost = self._judge.judged(leader.track.cost)
-            if self._judge.judged(rival.track.cost) < self.config.better * cost + lead:
+                lead *= min(1.0, (leader.mean_cost / USUAL_COST) ** 2)
+            cost = judge.judged(leader.track.cost)
+            if judge.judged(rival.track.cost) < self.config.better * cost + lead:
                 self._hypotheses = [rival]
                 leader = rival
         if leader is first:
             leader.note_vain(self.config.vain_period)
-
-    def _rival_starts(
-        self, leader: Hypothesis, frame: RgbdFrame
-    ) -> Sequence[HandStart | KeyPointStart]:
-        """Return the best start of each side that may be the leader's hand."""
-        young = leader.age <= max(self.config.young_trials)
-        if self._watch.told is not None:
-            return self._seen_starts(frame)
-        side = leader.track.hand.side
-        sides = SIDES if young else (side,)
-        best: dict[Side, HandStart] = {}
-        place = leader.track.state.values[:3]
-        for candidate in self._starts(frame, sides):
-            apart = float(np.linalg.norm(candidate.state.values[:3] - place))
-            near = apart < self.config.farthest_rival
-            if near or candidate.cost < self.config.far_better * leader.mean_cost:
-                best.setdefault(candidate.side, candidate)
-        return list(best.values())
-
-    def _rival(
-        self, leader: Hypothesis, side: Side, hand: BodyState, frame: RgbdFrame
-    ) -> Hypothesis:
-        """Return what the leader would be with another start of the hand."""
-        state = leader.track.state.replaced([], hand)
-        rival = self._hypothesis(side, state, leader.mean_cost)
-        rival.lives = leader.lives
-        problem = self._problem(rival, frame, state, leader.active)
-        fit = rival.track.tried(problem)
-        rival.track.accept(problem, fit)
-        rival.track.before = rival.track.state
-        rival.mean_cost, rival.age = fit.cost, leader.age
-        rival.fit, rival.active = fit, leader.active
-        rival.gap = self._judge.gap(rival.track, rival.track.state)
-        return rival
-
-    def _starts(self, frame: RgbdFrame, sides: tuple[Side, ...]) -> list[HandStart]:
-        """Return refined starts of the given sides in a frame, best first."""
-        leader = self._hypotheses[0].track if self._hypotheses else None
-        search = Search(
-            self._frames,
-            {side: self._person.models[side] for side in sides},
-            leader or self._still_life.track,
-            leader.state.values[:3] if leader else self._place,
-        )
-        return self._finder.starts(frame, search)
-
-    def _hypothesis(self, side: Side, state: BodyState, cost: float) -> Hypothesis:
-        track = SceneTrack(
-            self._person.models[side], state, self._around.objects, self._track_config
-        )
-        track.cost = cost
-        lives = [ObjectLife(life.rest, life.active, life.taken) for life in self._still_life.lives]
-        return Hypothesis(track, lives, cost, gap=self._judge.gap(track, state))
-
-
-def _in_picture(hypothesis: Hypothesis, frame: RgbdFrame) -> tuple[Array, Array]:
-    """Return palm (2,) and joints (21, 2) of a hypothesis [px]."""
-    joints = hypothesis.track.joints(hypothesis.track.state)
-    return palm_pixel(frame.camera, joints), pixels_of(frame.camera, joints)

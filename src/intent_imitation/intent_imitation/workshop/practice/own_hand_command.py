@@ -23,7 +23,8 @@ from intent_imitation.demo.grasp_pictures import picture_of_grasp
 from intent_imitation.demo.mesh_pictures import write_image
 from intent_imitation.demo.run_record import grasp_values
 from intent_imitation.planner.plan import GraspPlan
-from intent_imitation.planner.planner import GraspPlanner, PlannerConfig
+from intent_imitation.planner.planner import GraspPlanner
+from intent_imitation.planner.planner_config import PlannerConfig
 from intent_imitation.workshop.practice import library_maker
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.grasping.hand_description import guessed_description

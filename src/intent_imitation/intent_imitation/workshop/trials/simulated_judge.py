@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_imitation.planner.collision import Obstacle, clearances
-from intent_imitation.planner.planner import PlannerConfig
+from intent_imitation.planner.planner_config import PlannerConfig
 from intent_imitation.workshop.trials.robot_tables import Scene
 from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.workshop.simulation.grasp_table import poses_of_rows, read_rows

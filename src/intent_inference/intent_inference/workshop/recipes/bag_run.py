@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator, TaskPosterior
+from intent_inference.intention.estimator import InferenceConfig, IntentionEstimator
+from intent_inference.intention.task_posterior import TaskPosterior
 from intent_perception.bags.bag_files import read_frames
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase

@@ -37,6 +37,8 @@ _DOUBTED, _UNLIKELY = 0.06, 0.33
 _LEFT_OVER = 150
 """Fewer pixels that a known object leaves of a thing are its rim."""
 _MOSTLY = 0.25
+_HARDLY = 0.05
+"""Odds of a class below which a thing is hardly of it."""
 _HINTED = 0.1
 """Fewer of a thing's pixels under an object do not hint at one."""
 
@@ -83,6 +85,23 @@ def things_meant(
         elsewhere |= _within(drawn, np.array(others)).max(axis=1) > _TOUCHES
     fits = np.where(overlap.max(axis=1) >= _OVERLAP, overlap.argmax(axis=1), MISFIT)
     return np.where(elsewhere, ELSEWHERE, fits)
+
+
+def hardly_there(
+    shapes: Sequence[EstimatedShape], meant: NDArray[np.int64], classes: Sequence[str]
+) -> NDArray[np.bool_]:
+    """Return which hypotheses (N,) are of a class that the whole thing there hardly is of.
+
+    Args:
+        shapes: estimates of all things of the scene.
+        meant: (N,) see `things_meant`.
+        classes: N of them; of others than the known ones nothing is said.
+    """
+    columns = np.array([CLASSES.index(c) if c in OBJECT_CLASSES else -1 for c in classes], int)
+    hardly = (meant >= 0) & (columns >= 0)
+    odds = np.array([shape.odds for shape in shapes if is_whole(shape)]).reshape(-1, len(CLASSES))
+    hardly[hardly] = odds[meant[hardly], columns[hardly]] < _HARDLY
+    return hardly
 
 
 def _window(thing: SeenThing) -> Window:

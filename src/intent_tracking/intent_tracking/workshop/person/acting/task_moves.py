@@ -25,6 +25,8 @@ class Pace:
     close: int = 8
     hold: int = 15
     task: int = 24
+    keep: int = 0
+    """Frames for which the object is held where the task has brought it."""
 
 
 def take_and_use(
@@ -59,6 +61,8 @@ def take_and_use(
     stable = stage.frame + SETTLED
     stage.carry(pace.hold, index, stage.objects[index], grasp.T_object_hand)
     _perform(stage, reach, index, task, pace, rng)
+    if pace.keep:
+        stage.carry(pace.keep, index, stage.objects[index], grasp.T_object_hand)
     return stable
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import ColorImage
 from intent_tracking.hands.hand_square import HandSquare, square_of_palm
-from intent_tracking.hands.lite_network import LiteNetwork
+from intent_tracking.hands.networks.lite_network import LiteNetwork
 
 _GRIDS = ((24, 2), (12, 6))
 _VALUES = 18

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Floats
-from intent_tracking.hands.network_files import network_file
+from intent_tracking.hands.networks.network_files import network_file
 
 
 class LiteNetwork:

@@ -10,7 +10,7 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import ColorImage
 from intent_tracking.hands.hand_square import HandSquare
-from intent_tracking.hands.lite_network import LiteNetwork
+from intent_tracking.hands.networks.lite_network import LiteNetwork
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 from intent_tracking.hands.hand_watch import GONE, HandWatch
 from intent_tracking.scene.body_state import BodyState
 from intent_tracking.scene.hand_model import Side
-from intent_tracking.tracker.hypothesis import Hypothesis, unusual_roll
+from intent_tracking.tracker.hypotheses.hypothesis import Hypothesis, unusual_roll
 from intent_tracking.tracker.problem import Surroundings
 from intent_tracking.tracker.scene_track import SceneTrack
 from intent_tracking.tracker.tracker_config import TrackerConfig

@@ -1,0 +1,1 @@
+"""The two pre-trained networks, and where their files are."""
