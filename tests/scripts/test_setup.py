@@ -1,6 +1,9 @@
 """Set-up does what is new and no more, says each step, and takes ROS from where it is."""
 
+import os
+import pty
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -11,6 +14,7 @@ PYTHON = """#!/bin/bash
 root=$(cd "$(dirname "$0")/../.." && pwd)
 echo "python $*" >>"$root/asked"
 case "$*" in
+  "-m pip install "*) sleep "${SLOW:-0}" ;;
   "-m colcon build "*)
     for node in intent_perception/recognizer intent_imitation/imitation intent_tracking/tracker \\
       intent_tracking/grasp_detector intent_inference/inference; do
@@ -70,6 +74,18 @@ def test_every_step_is_said_with_its_time(workspace: Path) -> None:
     assert steps(said) == ["install", "build", "hand-networks", "kernels"]
     rehearsed = {line.removesuffix(" --rehearse") for line in asked if line.endswith("--rehearse")}
     assert rehearsed == {"recognizer", "tracker", "grasp_detector", "inference", "imitation"}
+
+
+def test_on_a_terminal_a_clock_runs_beside_the_step(workspace: Path) -> None:
+    ours, theirs = pty.openpty()
+    command = ["bash", str(workspace / "scripts" / "setup.sh")]
+    environment = {**os.environ, **WHEELS, "SLOW": "1.5"}
+    done = subprocess.run(command, env=environment, stderr=theirs, check=False, timeout=60)
+    os.close(theirs)
+    said = os.read(ours, 100_000).decode()
+    os.close(ours)
+    assert done.returncode == 0
+    assert "\rsetup: install, 1 s" in said
 
 
 def test_a_second_set_up_does_nothing(workspace: Path) -> None:
