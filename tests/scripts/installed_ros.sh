@@ -53,10 +53,16 @@ by_colcon() {
   cd "$folder/workspace"
   as_sourced colcon build --symlink-install
   as_sourced colcon build --base-paths $stand_in --paths $stand_in # the wheels bring none
-  cd src/intent
   # Beside pgmpy, which wants numpy 2, and what only set-up's --dev installs.
-  as_sourced python -m pytest -q tests -m 'not slow and not ros and not bags' --ignore tests/ros --ignore tests/house \
-    --ignore tests/intent_inference/motion/test_motion_against_pgmpy.py -k 'not pgmpy'
+  as_sourced bash -c 'source install/setup.bash && cd src/intent && exec python -m pytest "$@"' - -q tests \
+    -m 'not slow and not ros and not bags' -k 'not pgmpy' --ignore tests/ros --ignore tests/replay --ignore tests/house \
+    --ignore tests/intent_inference/motion/test_motion_against_pgmpy.py
+  local node
+  for node in intent_perception/recognizer intent_tracking/{tracker,grasp_detector} intent_inference/inference \
+    intent_imitation/imitation; do
+    as_sourced bash -c "source install/setup.bash && install/${node%/*}/lib/$node --rehearse"
+    echo "$node is ready"
+  done
 }
 
 if [ "${1:-}" = --colcon ]; then by_colcon; else by_scripts; fi
