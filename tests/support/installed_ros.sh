@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Try the workspace where ROS is installed: its wheels are laid out as /opt/ros/jazzy in a throw-away
 # folder, a clone of this repository is set up beside it, and a shipped bag is answered.
-# usage: tests/scripts/installed_ros.sh [--colcon]
+# usage: tests/support/installed_ros.sh [--colcon]
 #   --colcon       not by the scripts but as a plain colcon workspace, with the versions of numpy, SciPy,
 #                  numba, OpenCV and scikit-learn that Ubuntu 24.04 has: build, core tests, nodes get ready
 # It needs the package index and about ten minutes.
@@ -12,7 +12,7 @@ source "$here/scripts/environment.sh"
 case ${1:-} in
   -h | --help) help_of "$0" && exit ;;
   '' | --colcon) ;;
-  *) fail "unknown option $1; see tests/scripts/installed_ros.sh --help" ;;
+  *) fail "unknown option $1; see tests/support/installed_ros.sh --help" ;;
 esac
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
