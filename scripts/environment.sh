@@ -7,6 +7,30 @@ fail() {
   exit 1
 }
 
+# find_python: the first Python 3.12 that can make virtual environments.
+find_python() {
+  local candidate
+  for candidate in python3.12 python3 "${PYENV_ROOT:-$HOME/.pyenv}"/versions/3.12*/bin/python3; do
+    # A pyenv shim may exist and fail: only an interpreter that answers counts.
+    if "$candidate" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info[:2] != (3, 12))' 2>/dev/null; then
+      echo "$candidate"
+      return
+    fi
+  done
+  fail "Python 3.12 with its venv module was not found; install python3.12 and python3.12-venv"
+}
+
+# repair_cmake PREFIX: the wheels' CMake files name the folders of the machine that built them.
+repair_cmake() {
+  local include numpy
+  include=$("$1/bin/python" -c 'import sysconfig; print(sysconfig.get_path("include"))')
+  numpy=$("$1/bin/python" -c 'import numpy; print(numpy.get_include())')
+  # A second set-up finds none left.
+  { grep -rlZ '/opt/python/cp312-cp312' "$1/share" --include='*.cmake' || true; } | xargs -0 -r sed -i \
+    -e "s|/opt/python/cp312-cp312/lib/python3.12/site-packages/numpy/_core/include|$numpy|g" \
+    -e "s|/opt/python/cp312-cp312/include/python3.12|$include|g"
+}
+
 # help_of SCRIPT: the comment at a script's head is its help.
 help_of() { awk 'NR > 1 { if (!/^#/) exit; sub(/^# ?/, ""); print }' "$1"; }
 

@@ -2,7 +2,7 @@
 # Make the environment and build the workspace; a second run finds its stamps and does nothing.
 # usage: scripts/setup.sh [--dev]
 #   --dev          also what the tests, the checks, the simulation and the making of bags and
-#                  objects need: about 0.9 GB more, and five minutes to build pybullet
+#                  objects need: about 1 GB more, and five minutes to build pybullet
 # The demo and the nodes need no --dev. After an update (git pull) the same command does what is new;
 # scripts/clean.sh removes all of it.
 set -euo pipefail
@@ -17,18 +17,6 @@ esac
 [ -w "$root" ] || fail "you may not write into $root; clone the workspace into a folder of your own"
 cd "$root"
 stamps=$venv/stamps
-
-find_python() {
-  local candidate
-  for candidate in python3.12 python3 "${PYENV_ROOT:-$HOME/.pyenv}"/versions/3.12*/bin/python3; do
-    # A pyenv shim may exist and fail: only an interpreter that answers counts.
-    if "$candidate" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info[:2] != (3, 12))' 2>/dev/null; then
-      echo "$candidate"
-      return
-    fi
-  done
-  fail "Python 3.12 with its venv module was not found; install python3.12 and python3.12-venv"
-}
 
 # once NAME INPUT... -- COMMAND...: run COMMAND unless it succeeded before with the same inputs.
 once() {
@@ -69,17 +57,6 @@ install_dev() {
     ln -sf "$venv"/lib/python3.12/site-packages/libusb_package/libusb-1.0.so "$venv/lib/libusb-1.0.so.0"
 }
 
-# The wheels' CMake files name the folders of the machine that built them.
-repair_cmake() {
-  local include numpy
-  include=$(python -c 'import sysconfig; print(sysconfig.get_path("include"))')
-  numpy=$(python -c 'import numpy; print(numpy.get_include())')
-  # A second set-up finds none left.
-  { grep -rlZ '/opt/python/cp312-cp312' "$venv/share" --include='*.cmake' || true; } | xargs -0 -r sed -i \
-    -e "s|/opt/python/cp312-cp312/lib/python3.12/site-packages/numpy/_core/include|$numpy|g" \
-    -e "s|/opt/python/cp312-cp312/include/python3.12|$include|g"
-}
-
 install_run() {
   local ros=requirements-ros.txt
   if system_ros; then # its messages and nodes, but built by the virtual environment's colcon and Python
@@ -88,7 +65,7 @@ install_run() {
   fi
   install requirements.txt "$ros"
   command -v cmake >/dev/null || python -m pip install --quiet cmake
-  system_ros || repair_cmake
+  system_ros || repair_cmake "$venv"
 }
 
 build() {

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 from tests.conftest import ROOT
-
-from intent_perception.basics.late_module import DEVELOPMENT
+from tests.support.plain_installation import plain_environment
 
 DOORS = sorted(
     f"{path.parent.name}.{path.stem}"
@@ -23,27 +22,23 @@ NEEDY = {
     "intent_imitation.copying_picture": ("--out", "picture.png"),
     "intent_perception.parametric": ("--out", "objects"),
     "intent_perception.benchmark": ("--part", "peers"),
+    "bags/make.py": ("pour_bottle",),
 }
 """Commands that cannot work without a module of requirements-dev.txt."""
-HIDING = f"""
-import sys
-
-class Hidden:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {DEVELOPMENT!r}:
-            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
-
-sys.meta_path.insert(0, Hidden())
-"""
+RUNTIME = (
+    "intent_perception.recognition.recognizer", "intent_tracking.tracker.tracker",
+    "intent_tracking.grasp.grasp_detector", "intent_inference.intention.estimator",
+    "intent_imitation.planner.planner", "intent_imitation.live.live_picture",
+)  # fmt: skip
+"""What the nodes wrap."""
+HEAVY = {"dask", "matplotlib", "open3d", "pandas", "pgmpy", "pybullet", "sklearn", "statsmodels"}
+"""What is imported only where it works: in training, simulation and figures."""
 
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """The environment of an installation without --dev."""
-    folder = tmp_path_factory.mktemp("plain")
-    (folder / "sitecustomize.py").write_text(HIDING)
-    paths = [str(folder), *map(str, (ROOT / "src").glob("intent_*"))]
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    return plain_environment(tmp_path_factory.mktemp("plain"))
 
 
 def run(plain: dict[str, str], folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
@@ -54,13 +49,17 @@ def run(plain: dict[str, str], folder: Path, *command: str) -> subprocess.Comple
     )
 
 
+def started(door: str) -> tuple[str, ...]:
+    """Return how Python starts a command."""
+    return (str(ROOT / door),) if door.endswith(".py") else ("-m", door)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("door", [*DOORS, str(ROOT / "bags" / "make.py")])
+@pytest.mark.parametrize("door", [*DOORS, "bags/make.py"])
 def test_help_works_everywhere(door: str, plain: dict[str, str], tmp_path: Path) -> None:
-    command = (door,) if door.endswith(".py") else ("-m", door)
-    done = run(plain, tmp_path, *command, "--help")
+    done = run(plain, tmp_path, *started(door), "--help")
     assert (done.returncode, done.stderr) == (0, "")
-    name = door.rsplit("/", 1)[-1] if door.endswith(".py") else door
+    name = door.rsplit("/", 1)[-1]
     assert done.stdout.startswith(("usage: " + name, "usage: python -m " + name))
 
 
@@ -69,7 +68,24 @@ def test_help_works_everywhere(door: str, plain: dict[str, str], tmp_path: Path)
 def test_what_is_missing_is_said_with_the_remedy(
     door: str, plain: dict[str, str], tmp_path: Path
 ) -> None:
-    done = run(plain, tmp_path, "-m", door, *NEEDY[door])
+    done = run(plain, tmp_path, *started(door), *NEEDY[door])
     assert done.returncode == 1
     (line,) = done.stderr.strip().splitlines()
     assert line.endswith("is not installed; run scripts/setup.sh --dev")
+
+
+def test_installation_names_every_command_that_needs_dev() -> None:
+    text = (ROOT / "docs" / "installation.md").read_text(encoding="utf-8")
+    assert "scripts/setup.sh --dev " in text
+    assert [door for door in NEEDY if door not in text] == []
+
+
+@pytest.mark.slow
+def test_what_a_robot_runs_loads_no_library_of_the_workshops(tmp_path: Path) -> None:
+    code = (
+        f"import {', '.join(RUNTIME)}, sys; "
+        f"print(sorted({HEAVY!r} & {{name.partition('.')[0] for name in sys.modules}}))"
+    )
+    paths = os.pathsep.join(map(str, (ROOT / "src").glob("intent_*")))
+    done = run({**os.environ, "PYTHONPATH": paths}, tmp_path, "-c", code)
+    assert (done.stdout, done.stderr) == ("[]\n", "")

@@ -90,6 +90,12 @@ def declared(package: Path) -> set[str]:
     return keys(package) | {word for comment in comments for word in re.findall(r"[\w-]+", comment)}
 
 
+def requirements(*names: str) -> set[str]:
+    """Return the names of the packages in lists of requirements."""
+    lines = [line for name in names for line in (ROOT / name).read_text().splitlines()]
+    return {re.split(r"[=\[<>]", line)[0] for line in lines if line and not line.startswith("#")}
+
+
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda p: p.name)
 def test_every_import_of_a_package_is_declared_in_its_package_xml(package: Path) -> None:
     known = declared(package)
@@ -98,11 +104,31 @@ def test_every_import_of_a_package_is_declared_in_its_package_xml(package: Path)
 
 
 def test_what_pip_brings_stands_in_a_list_of_requirements() -> None:
-    lists = "".join(path.read_text() for path in ROOT.glob("requirements*.txt"))
-    listed = {re.split(r"[=\[<>]", line)[0] for line in lists.splitlines()}
+    listed = requirements(*(path.name for path in ROOT.glob("requirements*.txt")))
     for package in PACKAGES:
         by_pip = foreign(package) - set(ROSDEP) - keys(package)
         assert {PIP.get(name, name) for name in by_pip} - listed <= {"ray"}
+
+
+def test_what_a_robot_needs_beyond_rosdep_stands_in_the_list_for_colcon_workspaces() -> None:
+    listed = requirements("requirements-rosdep.txt")
+    for package in PACKAGES:
+        used = {n for p, t in trees(package) if "workshop" not in p.parts for n in imported(t)}
+        by_pip = (used & foreign(package)) - set(ROSDEP) - keys(package)
+        # Modules of late imports, for an engine that is asked for and for making objects.
+        assert {PIP.get(name, name) for name in by_pip} - listed <= {"pgmpy", "manifold3d"}
+
+
+def test_set_up_for_the_demo_installs_nothing_of_the_workshops_alone() -> None:
+    wanted = {
+        PIP.get(name, ROSDEP.get(name, name).removeprefix("python3-").removesuffix("-pip"))
+        for package in PACKAGES
+        for name in foreign(package)
+    }
+    names = {"opencv": "opencv-python-headless", "sklearn": "scikit-learn", "yaml": "pyyaml"}
+    imports = {names.get(name, name) for name in wanted} | {"networkx"}  # trimesh's graphs
+    assert requirements("requirements.txt") - imports == set()
+    assert not requirements("requirements.txt") & requirements("requirements-dev.txt")
 
 
 def test_no_name_is_used_that_only_numpy_2_has() -> None:

@@ -14,6 +14,8 @@ from intent_perception.geometry.transforms import make_pose, rotation_from_vecto
 from intent_perception.objects.database import ObjectDatabase
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
 from intent_perception.ros.convert import (
+    FrameNames,
+    object_markers,
     objects_from_msg,
     objects_to_msg,
     pose_from_msg,
@@ -21,7 +23,15 @@ from intent_perception.ros.convert import (
 )
 from intent_tracking.grasp.grasp_detector import StableGrasp
 from intent_tracking.grasp.grasp_features import GraspFeatures
-from intent_tracking.ros.convert import grasp_from_msg, grasp_to_msg, state_from_msg, state_to_msg
+from intent_tracking.ros.convert import (
+    grasp_from_msg,
+    grasp_to_msg,
+    hand_markers,
+    scene_transforms,
+    state_from_msg,
+    state_to_msg,
+)
+from intent_tracking.scene.hand_model import HandModel
 from intent_tracking.scene.scene_state import SceneState
 
 POSE = make_pose(rotation_from_vector(np.array([0.3, -0.2, 1.0])), np.array([0.1, -0.2, 0.3]))
@@ -91,3 +101,25 @@ def test_a_plan_survives() -> None:
     choice = ObjectChoice("mug_1", "mug", 0.8, True)
     plan = GraspPlan(STAMP, "pouring", False, (choice,), (grasp,), "schunk", ("a", "b"))
     assert_same(plan_from_msg(plan_to_msg(plan)), plan)
+
+
+def tracked() -> SceneState:
+    """A state with a hand and an object."""
+    return SceneState(
+        STAMP, "right", np.full(32, 0.1), np.ones(32), HandModel().shape, ("mug",), ("mug_1",),
+        ("mug",), POSE, 1.0, True, False, (False,),
+    )  # fmt: skip
+
+
+def test_frames_are_called_as_the_parameters_say() -> None:
+    names = FrameNames("left_table", "left_hand", "left_object_")
+    transforms = scene_transforms(tracked(), names).transforms
+    assert {t.header.frame_id for t in transforms} == {"left_table"}
+    assert {t.child_frame_id for t in transforms} == {"left_hand", "left_object_mug"}
+
+
+def test_no_two_markers_have_one_name() -> None:
+    database = ObjectDatabase.load()
+    objects = object_markers([(name, database[name]) for name in ("mug_0", "mug_1")])
+    markers = [*objects.markers, *hand_markers(tracked()).markers]
+    assert len({(marker.ns, marker.id) for marker in markers}) == len(markers) > 20

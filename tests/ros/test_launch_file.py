@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+import yaml
 from tests.conftest import ROOT
 from tests.support.harness import shipped_bag
 from tests.support.launch_stand_in import StandInContext, read_launch_file
@@ -18,10 +19,16 @@ def launch() -> SimpleNamespace:
     return read_launch_file(FILE.read_text(), str(FILE))
 
 
+def actions_of(launch: SimpleNamespace, **chosen: str) -> list[Any]:
+    """Return what the launch file does with these arguments."""
+    defaults = {name: default for name, (default, _, _) in launch.ARGUMENTS.items()}
+    actions: list[Any] = launch.graph(StandInContext({**defaults, **chosen}))
+    return actions
+
+
 def graph(launch: SimpleNamespace, **chosen: str) -> dict[str, Any]:
     """Return the nodes by name that these arguments start."""
-    defaults = {name: default for name, (default, _, _) in launch.ARGUMENTS.items()}
-    actions = launch.graph(StandInContext({**defaults, **chosen}))
+    actions = actions_of(launch, **chosen)
     return {a.named["executable"]: a for a in actions if type(a).__name__ == "Node"}
 
 
@@ -40,6 +47,7 @@ def test_every_argument_has_a_description(launch: SimpleNamespace) -> None:
         "robot_objects",
     }
     assert all(named.values())
+    assert set(named) == set(launch.ARGUMENTS)
 
 
 def test_every_node_reads_its_package_s_config_and_then_the_user_s(
@@ -99,3 +107,45 @@ def test_a_dead_node_is_announced_by_name_but_not_at_the_end(launch: SimpleNames
 def test_nodes_are_started_again_by_choice(launch: SimpleNamespace) -> None:
     assert not any(node.named["respawn"] for node in graph(launch).values())
     assert all(node.named["respawn"] for node in graph(launch, respawn="true").values())
+
+
+def test_every_node_hears_of_time_objects_and_log_level(launch: SimpleNamespace) -> None:
+    nodes = graph(launch, use_sim_time="true", models="mine.yaml", log_level="debug")
+    for node in nodes.values():
+        assert own(node)["use_sim_time"] is True
+        assert own(node)["models"] == "mine.yaml"
+        assert node.named["ros_arguments"] == ["--log-level", "debug"]
+    assert "models" not in own(graph(launch)["tracker"])
+
+
+def test_the_robot_s_own_table_is_another_topic(launch: SimpleNamespace) -> None:
+    nodes = graph(launch, robot_objects="/robot/objects", robot_shapes="/robot/shapes")
+    assert nodes["imitation"].named["remappings"] == [
+        ("imitation/robot_objects", "/robot/objects"),
+        ("imitation/robot_shapes", "/robot/shapes"),
+    ]
+
+
+@pytest.mark.parametrize("of_the_user", ["", "mine.xml"])
+def test_images_get_the_room_they_need_unless_the_user_has_a_profile(
+    launch: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, of_the_user: str
+) -> None:
+    monkeypatch.delenv("FASTRTPS_DEFAULT_PROFILES_FILE", raising=False)
+    if of_the_user:
+        monkeypatch.setenv("FASTRTPS_DEFAULT_PROFILES_FILE", of_the_user)
+    (first, *_) = actions_of(launch)
+    assert type(first).__name__ == "SetEnvironmentVariable"
+    name, file = first.arguments
+    assert name == "FASTRTPS_DEFAULT_PROFILES_FILE"
+    assert file == of_the_user or (not of_the_user and "<segment_size>" in Path(file).read_text())
+
+
+def test_rviz_looks_at_the_graph_of_its_namespace(launch: SimpleNamespace) -> None:
+    view = graph(launch, namespace="left", rviz="true")["rviz2"]
+    displays = yaml.safe_load(Path(view.named["arguments"][1]).read_text())
+    shown = {
+        d["Topic"]["Value"] for d in displays["Visualization Manager"]["Displays"] if "Topic" in d
+    }
+    moved = dict(view.named["remappings"])
+    assert shown | {"/tf", "/tf_static"} == set(moved)
+    assert not any(topic.startswith("/") for topic in moved.values())

@@ -5,12 +5,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import TransformStamped
 from intent_msgs import msg as msgs
 from rclpy.node import Node
 from rosbags.highlevel import AnyReader
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CompressedImage, JointState
+from std_msgs.msg import Header
+from tests.ros.test_views import published
 from tests.support.harness import Probe
 from tf2_msgs.msg import TFMessage
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import MarkerArray
 
 from intent_perception.ros.node import LATCHED
@@ -30,8 +36,22 @@ MESSAGES: dict[str, Any] = {
     "intent/markers": MarkerArray(),
     "intent/hand/markers": MarkerArray(),
     "intent/image/compressed": CompressedImage(format="jpeg", data=b"\xff\xd8"),
+    "intent/hand_trajectory": JointTrajectory(
+        joint_names=["thumb"], points=[JointTrajectoryPoint(positions=[0.5])]
+    ),
     "tf": TFMessage(),
+    "tf_static": TFMessage(transforms=[TransformStamped(child_frame_id="table")]),
+    "/diagnostics": DiagnosticArray(status=[DiagnosticStatus(name="tracker", level=b"\x01")]),
+    "tracker/ready": Header(frame_id="table"),
+    "/clock": Clock(),
 }
+OPTIONAL = {"intent/moveit_grasps", "intent/detections"}
+"""Of packages that an installation may lack."""
+
+
+def test_no_topic_of_a_node_is_left_out_here() -> None:
+    said = {topic for topic in published() if not topic.startswith("~/")}
+    assert said - set(MESSAGES) - OPTIONAL == set()
 
 
 def same(sent: Any, read: Any) -> bool:
@@ -62,9 +82,9 @@ def test_every_topic_of_the_graph_reads_back_with_rosbags(
             connection.topic: reader.deserialize(data, connection.msgtype)
             for connection, _, data in reader.messages()
         }
-    assert set(read) == {f"/{topic}" for topic in sent}
+    assert set(read) == {f"/{topic.lstrip('/')}" for topic in sent}
     for topic, message in sent.items():
-        assert same(plain(message), read[f"/{topic}"]), topic
+        assert same(plain(message), read[f"/{topic.lstrip('/')}"]), topic
 
 
 def test_a_bag_that_exists_is_not_written_over(probe: Probe, tmp_path: Path) -> None:

@@ -1,9 +1,12 @@
 """What scripts/ros2.sh answers where no ros2 is installed, asked of a running node."""
 
+import os
+import shutil
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 import rclpy
@@ -11,6 +14,7 @@ from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_msgs.msg import Float64MultiArray, Header
+from tests.support.script_runs import SCRIPTS, bash
 
 from intent_perception.ros.node import LATCHED
 from intent_perception.ros.stand_in.interface_text import interface_text
@@ -117,3 +121,29 @@ def test_an_interface_is_shown_with_what_is_nested_in_it() -> None:
 def test_long_arrays_are_cut() -> None:
     shown = plain(Float64MultiArray(data=[1.0] * 1000))["data"]
     assert shown == [1.0] * 128 + ["..."]
+
+
+def script(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run scripts/ros2.sh."""
+    return bash(str(SCRIPTS / "ros2.sh"), *arguments, **environment)
+
+
+@pytest.mark.skipif(shutil.which("ros2") is not None, reason="ros2 itself is installed")
+def test_run_starts_an_executable_of_a_package() -> None:
+    assert "replay" in script("run", "intent_perception", "replay", "--help").stdout
+    unknown = script("run", "intent_perception", "nothing")
+    assert unknown.returncode == 1
+    assert "no executable nothing in package intent_perception" in unknown.stderr
+
+
+@pytest.mark.skipif(shutil.which("ros2") is not None, reason="ros2 itself is installed")
+def test_the_script_answers_as_the_command_does() -> None:
+    assert "/left/speaker" in script("node", "list").stdout.splitlines()
+
+
+def test_where_ros2_is_installed_it_answers_itself(tmp_path: Path) -> None:
+    tool = tmp_path / "ros2"
+    tool.write_text('#!/bin/bash\necho "ros2 itself: $*"\n')
+    tool.chmod(0o755)
+    done = script("topic", "list", "-t", PATH=f"{tmp_path}:{os.environ['PATH']}")
+    assert done.stdout == "ros2 itself: topic list -t\n"

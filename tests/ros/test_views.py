@@ -2,6 +2,7 @@
 
 import ast
 import json
+import time
 import urllib.request
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from tests.support.demo_records import record
 from tests.support.harness import Graph, Probe, ros_arguments
 from visualization_msgs.msg import MarkerArray
 
+from intent_imitation.ros.viewer_node import ViewerNode
 from intent_inference.ros.convert import posterior_to_msg
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.objects.database import ObjectDatabase
@@ -36,7 +38,8 @@ def published() -> set[str]:
         for call in ast.walk(ast.parse(path.read_text())):
             name = ast.unparse(call.func) if isinstance(call, ast.Call) else ""
             if name.endswith(("create_publisher", "LatestResult")):
-                found |= {str(a.value) for a in call.args if isinstance(a, ast.Constant)}
+                values = {a.value for a in call.args if isinstance(a, ast.Constant)}
+                found |= {value for value in values if isinstance(value, str)}
     return found
 
 
@@ -111,3 +114,23 @@ def play_once(probe: Probe, run: Any, states: Any) -> None:
     probe.send(RgbdFrame(state.stamp, frame.color, frame.depth, frame.camera))
     states.publish(state_to_msg(state))
     probe.until(lambda: False, timeout=0.1)
+
+
+def test_pictures_come_no_faster_than_the_rate(probe: Probe) -> None:
+    node = ViewerNode()
+    probe.run_with(node)
+    probe.listen(CompressedImage, "/intent/image/compressed", 1)
+    run = record(ObjectDatabase.load())
+    states = probe.create_publisher(SceneState, "intent/scene_state", RESULTS)
+    shown = probe.heard["/intent/image/compressed"]
+    assert probe.until(lambda: probe.count_subscribers("/rgb/image_rect_color") == 1, 10.0)
+    start, sent = time.monotonic(), 0
+    while time.monotonic() - start < 2.0:
+        frame, state = run.frames[-1], run.states[-1]
+        probe.send(RgbdFrame(state.stamp, frame.color, frame.depth, frame.camera))
+        states.publish(state_to_msg(state))
+        probe.until(lambda: False, timeout=0.02)
+        sent += 1
+    lasted = time.monotonic() - start
+    assert 1 <= len(shown) <= 8.0 * lasted + 2  # the node's default rate
+    assert sent > len(shown)

@@ -15,6 +15,13 @@ SOURCED = {"environment.sh", "graph.sh"}
 CALLED = sorted(path.name for path in SCRIPTS.glob("*.sh") if path.name not in SOURCED)
 
 
+SETTING_UP = {
+    "setup.sh": (), "demo.sh": (), "run_graph.sh": (), "soak.sh": (), "test.sh": (),
+    "env.sh": ("true",), "ros2.sh": ("node", "list"),
+}  # fmt: skip
+"""Scripts that set up what is missing, with what they cannot do without."""
+
+
 @pytest.fixture
 def foreign() -> Iterator[Path]:
     """A workspace in which nobody may write, where another user can reach it."""
@@ -46,18 +53,20 @@ def test_the_help_names_every_option(script: str) -> None:
     assert {option for option in options if option not in said} == set()
 
 
-def test_a_path_with_a_blank_is_refused_at_once(tmp_path: Path) -> None:
+@pytest.mark.parametrize("script", SETTING_UP)
+def test_a_path_with_a_blank_is_refused_at_once(script: str, tmp_path: Path) -> None:
     root = copied_scripts(tmp_path / "my robots")
-    done = bash(str(root / "scripts" / "setup.sh"))
+    done = bash(str(root / "scripts" / script), *SETTING_UP[script])
     assert done.returncode == 1
     (line,) = done.stderr.strip().splitlines()
     assert "has a blank" in line
     assert [path.name for path in root.iterdir()] == ["scripts"]
 
 
-def test_a_clone_of_somebody_else_is_refused_at_once(foreign: Path) -> None:
+@pytest.mark.parametrize("script", SETTING_UP)
+def test_a_clone_of_somebody_else_is_refused_at_once(script: str, foreign: Path) -> None:
     nobody = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
-    command = ["bash", str(foreign / "scripts" / "setup.sh")]
+    command = ["bash", str(foreign / "scripts" / script), *SETTING_UP[script]]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd="/", **nobody)
     assert done.returncode == 1
     (line,) = done.stderr.strip().splitlines()

@@ -32,6 +32,8 @@ CAMERA = {
     "depth": "depth_registered/image_rect",
     "info": "rgb/camera_info",
 }
+VIEWED = ("intent/markers", "intent/hand/markers", "intent/image/compressed", "tf", "tf_static")
+"""What RViz shows: its file names topics from the root, so they are taken into the namespace."""
 SUFFIX = {"raw": "", "compressed": "/compressed", "compressedDepth": "/compressedDepth"}
 ARGUMENTS = {
     "color": (CAMERA["color"], "topic of the colour images, without /compressed", None),
@@ -166,12 +168,13 @@ def replay(chosen: dict[str, str]) -> Node:
 
 
 def rviz(chosen: dict[str, str]) -> Node:
-    """Return RViz with the view of the graph."""
+    """Return RViz with the view of the graph, whose topics it finds in the graph's namespace."""
     view = Path(get_package_share_directory("intent_imitation")) / "rviz" / "intent.rviz"
     return Node(
         package="rviz2",
         executable="rviz2",
         namespace=chosen["namespace"],
         arguments=["-d", str(view)],
+        remappings=[(f"/{topic}", topic) for topic in VIEWED],
         parameters=[{"use_sim_time": chosen["use_sim_time"] == "true"}],
     )

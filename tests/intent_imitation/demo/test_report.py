@@ -1,14 +1,18 @@
 """The report says what the record holds, and says so where it holds nothing."""
 
 import json
+from contextlib import nullcontext
 from html.parser import HTMLParser
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from tests.support import demo_records
+from tests.support.browser import measured
 
+from intent_imitation.demo import flow
 from intent_imitation.demo.report import write_report
 from intent_imitation.demo.run_record import moments, result
 from intent_perception.objects.database import ObjectDatabase
@@ -99,3 +103,27 @@ def test_report_of_a_run_without_a_grasp_says_that_nothing_was_concluded(
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "No stable grasp was seen" in text
     assert "nothing to conclude" in text
+    assert not {"posterior.png", "evidence.png", "grasp.png"} & {p.name for p in tmp_path.iterdir()}
+
+
+def test_no_axes_are_empty_where_nothing_was_reached(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    canvas = Figure()
+    monkeypatch.setattr(flow, "figure", lambda *_: nullcontext(canvas))
+    flow.draw_flow(tmp_path / "flow.png", None, None, None, None, (), None)
+    assert canvas.axes
+    assert not [axes for axes in canvas.axes if axes.axison and not axes.has_data()]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [390, 1280])
+def test_a_browser_shows_all_words_without_scrolling_sideways(
+    database: ObjectDatabase, tmp_path: Path, width: int
+) -> None:
+    write_report(demo_records.record(database), tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    found = measured(page, width, tmp_path)
+    assert found["page"] <= width
+    assert found["text"] <= width
+    assert found["font"] >= 13.0

@@ -1,6 +1,7 @@
 """The report's words follow the record: no statement that the run does not bear out."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +9,8 @@ from tests.support import demo_records
 
 from intent_imitation.demo.charts import prior_bar
 from intent_imitation.demo.flow import why_no_object
-from intent_imitation.demo.grasp_pictures import picture_of_robot_table
+from intent_imitation.demo.grasp_pictures import picture_of_grasp, picture_of_robot_table
+from intent_imitation.demo.panels import shown_name
 from intent_imitation.demo.report_text import (
     figures,
     footer,
@@ -21,8 +23,11 @@ from intent_imitation.demo.report_text import (
 )
 from intent_imitation.demo.run_record import DemoRecord, result
 from intent_imitation.planner.plan import ObjectChoice
+from intent_inference.grasping.grasping_hand import GraspingHand
 from intent_inference.intention.contributions import Contribution
 from intent_perception.objects.database import ObjectDatabase
+
+GRIPPER = Path(__file__).parents[2] / "data" / "parallel_gripper" / "gripper.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +103,27 @@ def test_what_the_motion_moved_is_no_bar_of_the_grasp(made_up: DemoRecord) -> No
 def test_forecasts_without_a_grasp_are_called_so() -> None:
     assert "no stable grasp followed" in posterior_text(0)
     assert "line marks" in posterior_text(1)
+
+
+def test_things_of_no_known_class_are_called_so_in_pictures(made_up: DemoRecord) -> None:
+    assert made_up.objects is not None
+    mug = made_up.objects.objects[0]
+    assert shown_name(mug) == "mug_1"
+    assert shown_name(replace(mug, id="thing_0", object_class="")) == "thing_0: unknown thing"
+    own = made_up.database["mug_1"]
+    estimated = replace(mug, id="thing_1", object_class="mug", shape=own)
+    assert shown_name(estimated) == "thing_1: mug"
+
+
+def test_the_grasp_is_drawn_with_the_robot_s_own_hand(made_up: DemoRecord) -> None:
+    assert made_up.plan is not None
+    assert made_up.robot_objects is not None
+    gripper = GraspingHand.load(GRIPPER)
+    schunk = made_up.plan.grasps[0]
+    bent = np.zeros(len(gripper.table.joint_names))
+    ours = replace(schunk, pregrasp_joints=bent, grasp_joints=bent)
+    pictures = [
+        picture_of_grasp(grasp, made_up.robot_objects, made_up.database, (200, 200), hand)
+        for grasp, hand in ((schunk, GraspingHand.load("schunk")), (ours, gripper))
+    ]
+    assert (pictures[0] != pictures[1]).mean() > 0.05

@@ -1,6 +1,7 @@
 """The live picture says what is believed, and no more."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,3 +79,24 @@ def test_an_object_that_is_not_known_yet_is_left_out(run: DemoRecord) -> None:
     belief, frame = kept(run, 1).belief, run.frames[0]
     picture = live_picture(frame.color, frame.camera, belief, lambda _: None)
     assert (picture[:, :640] == 200).all()
+
+
+def test_the_picture_shows_the_hand_while_it_is_tracked(run: DemoRecord) -> None:
+    frame, keeper = run.frames[-1], kept(run, len(run.states))
+
+    def scene() -> Any:
+        picture = live_picture(frame.color, frame.camera, keeper.belief, lambda _: None)
+        return picture[:, :640]
+
+    assert (scene() != 200).any()
+    keeper.note_state(replace(run.states[-1], hand_visible=False, state=run.states[0].state))
+    assert (scene() == 200).all()
+
+
+def test_the_panel_beside_the_picture_follows_the_posterior(run: DemoRecord) -> None:
+    frame, keeper = run.frames[-1], kept(run, len(run.states))
+    first = live_picture(frame.color, frame.camera, keeper.belief, lambda _: None)
+    told = posterior(run.states[-1].stamp, preliminary=False)
+    keeper.note_posterior(replace(told, intends=told.intends[::-1].copy()))
+    second = live_picture(frame.color, frame.camera, keeper.belief, lambda _: None)
+    assert (first[:, 640:] != second[:, 640:]).any()

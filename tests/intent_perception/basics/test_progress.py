@@ -1,8 +1,10 @@
 """Progress is a bar on a terminal and a line elsewhere."""
 
+import ast
 import io
 
 import pytest
+from tests.conftest import ROOT
 
 from intent_perception.basics import progress as module
 from intent_perception.basics.progress import ProgressBar, counted
@@ -56,3 +58,23 @@ def test_a_run_that_fails_does_not_claim_its_end() -> None:
 def test_items_pass_through_unchanged(capsys: pytest.CaptureFixture[str]) -> None:
     assert list(counted("letter", "abc")) == ["a", "b", "c"]
     assert capsys.readouterr().err.startswith("letter 3 of 3")
+
+
+@pytest.mark.parametrize(
+    ("module", "what"),
+    [
+        ("intent_imitation/ros/demo_node", "frame"),
+        ("intent_inference/workshop/simulation/simulate_command", "object"),
+        ("intent_inference/workshop/evaluation/demonstration_maker", "grasp"),
+        ("intent_inference/workshop/recipes/bag_maker", "bag"),
+        ("intent_perception/workshop/figures/recognition_benchmark", "part"),
+        ("intent_tracking/workshop/figures/tracking_benchmark", "part"),
+        ("intent_inference/workshop/evaluation/inference_benchmark", "part"),
+        ("intent_imitation/workshop/trials/imitation_benchmark", "table"),
+    ],
+)
+def test_long_commands_say_how_far_they_are(module: str, what: str) -> None:
+    text = (ROOT / "src" / module.partition("/")[0] / f"{module}.py").read_text()
+    calls = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
+    said = [call.args[0] for call in calls if ast.unparse(call.func) in ("ProgressBar", "counted")]
+    assert what in {word.value for word in said if isinstance(word, ast.Constant)}

@@ -1,14 +1,14 @@
 """Command: the figures of inference and of the simulated grasps as JSON.
 
 python -m intent_inference.benchmark
-    [--part tasks|demonstrations|estimated_shapes|latency|training|simulation|human|motion]
+    [--part tasks|demonstrations|one_row|estimated_shapes|latency|training|simulation|human|motion]
     [--bags FOLDER …] [--archive FOLDER] [--count N] [--json FILE|-] [--seed S] [--quick]
 """
 
 import argparse
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -25,16 +25,14 @@ from intent_inference.workshop.evaluation.estimated_shape_scores import estimate
 from intent_inference.workshop.evaluation.evaluation_report import ReportConfig, evaluation_report
 from intent_inference.workshop.evaluation.human_scores import human_figures
 from intent_inference.workshop.evaluation.motion_scores import motion_figures
+from intent_inference.workshop.evaluation.one_row_scores import one_row_figures
 from intent_inference.workshop.evaluation.protocol import ProtocolConfig
 from intent_inference.workshop.training.fitting import train
 from intent_inference.workshop.training.labelled_table import read_grasps
+from intent_perception.basics.progress import counted
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.workshop.figures.machine import machine
 
-PARTS = (
-    "tasks", "demonstrations", "estimated_shapes", "latency", "training", "simulation", "human",
-    "motion",
-)  # fmt: skip
 _NO_TASK = {"no_grasp", "unknown_object", "robot_table"}
 """Bags that show no task with an object of the database."""
 _MASKS = {"full": "full", "partial": "partial", "partial_fig5": "partial_fig5"}
@@ -111,70 +109,6 @@ def training_figures(data: Path, seed: int) -> dict[str, Any]:
     return {"training_s": time.process_time() - started}
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="intent_inference.benchmark",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--part", choices=PARTS, help="default: all")
-    parser.add_argument("--data", default=str(SHARE / "data" / "human.csv.gz"))
-    parser.add_argument("--model", default="", help="default: the shipped BN^H")
-    parser.add_argument("--seed", type=int, default=1000)
-    parser.add_argument(
-        "--bags", type=Path, nargs="*", default=[Path("bags"), Path("bags/generated")],
-        help="folders of bags for motion",
-    )  # fmt: skip
-    parser.add_argument(
-        "--archive", type=Path, default=Path("out/estimated_shapes"),
-        help="where tracked films of estimated_shapes are kept",
-    )  # fmt: skip
-    parser.add_argument("--count", type=int, default=241, help="films of estimated_shapes")
-    parser.add_argument("--quick", action="store_true", help="few trials")
-    parser.add_argument("--json", type=output_file, default="-", help="file, - = print")
-    return parser
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Run the command; return its exit status."""
-    arguments = _parser().parse_args(argv)
-    data = Path(arguments.data)
-    parts = (arguments.part,) if arguments.part else PARTS
-    report: dict[str, Any] = {
-        "machine": machine(),
-        "seed": arguments.seed,
-    }
-    wall, cpu = time.perf_counter(), time.process_time()
-    if "latency" in parts:
-        model = _model(arguments.model)
-        report.update(latency_figures(model, data, 400 if arguments.quick else 4000))
-    if "training" in parts:
-        report.update(training_figures(data, arguments.seed))
-    if "demonstrations" in parts:
-        model = _model(arguments.model)
-        report["demonstrations"] = demonstration_figures(model, SHARE / "data", arguments.seed)
-    if "estimated_shapes" in parts:
-        model = _model(arguments.model)
-        count = max(1, arguments.count // 10) if arguments.quick else arguments.count
-        report["estimated_shapes"] = estimated_shape_figures(
-            model, SHARE / "data", arguments.archive, count, arguments.seed
-        )
-    if "human" in parts:
-        report["human"] = human_figures(arguments.model, data, arguments.seed)
-    if "motion" in parts:
-        model = _model(arguments.model)
-        bags = tuple(_bags_in(arguments.bags))[: 2 if arguments.quick else None]
-        report["motion"] = motion_figures(model, SHARE / "data", bags, arguments.seed)
-    if "tasks" in parts:
-        report.update(task_figures(data, arguments.seed, arguments.quick))
-    if "simulation" in parts:
-        report["simulation"] = _simulation(arguments.quick, arguments.seed)
-    report["seconds"] = time.process_time() - cpu
-    report["wall_seconds"] = time.perf_counter() - wall
-    write_json(arguments.json, report, indent=1)
-    return 0
-
-
 def _model(path: str) -> TaskModel:
     """Return BN^H of a file, the shipped one without."""
     return load_model(path) if path else shipped_model()
@@ -199,3 +133,73 @@ def _simulation(quick: bool, seed: int) -> dict[str, Any] | None:
 
     figures: dict[str, Any] = simulation_figures(quick=quick, seed=seed)
     return figures
+
+
+def _motion(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return how early motions are told in simulation and in the bags."""
+    bags = tuple(_bags_in(arguments.bags))[: 2 if arguments.quick else None]
+    model = _model(arguments.model)
+    figures: dict[str, Any] = motion_figures(model, SHARE / "data", bags, arguments.seed)
+    return figures
+
+
+PARTS: dict[str, Callable[[argparse.Namespace], dict[str, Any] | None]] = {
+    "tasks": lambda a: task_figures(a.data, a.seed, a.quick),
+    "demonstrations": lambda a: demonstration_figures(_model(a.model), SHARE / "data", a.seed),
+    "one_row": lambda a: one_row_figures(
+        _model(a.model), SHARE / "data", 2 if a.quick else 12, a.seed
+    ),
+    "estimated_shapes": lambda a: estimated_shape_figures(
+        _model(a.model), SHARE / "data", a.archive,
+        max(1, a.count // 10) if a.quick else a.count, a.seed,
+    ),
+    "latency": lambda a: latency_figures(_model(a.model), a.data, 400 if a.quick else 4000),
+    "training": lambda a: training_figures(a.data, a.seed),
+    "simulation": lambda a: _simulation(a.quick, a.seed),
+    "human": lambda a: human_figures(a.model, a.data, a.seed),
+    "motion": _motion,
+}  # fmt: skip
+"""What can be measured, by name."""
+_JOINED = ("tasks", "latency", "training")
+"""Parts whose figures stand in the report itself, not under the part's name."""
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="intent_inference.benchmark",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--part", choices=PARTS, help="default: all")
+    parser.add_argument("--data", type=Path, default=SHARE / "data" / "human.csv.gz")
+    parser.add_argument("--model", default="", help="default: the shipped BN^H")
+    parser.add_argument("--seed", type=int, default=1000)
+    parser.add_argument(
+        "--bags", type=Path, nargs="*", default=[Path("bags"), Path("bags/generated")],
+        help="folders of bags for motion",
+    )  # fmt: skip
+    parser.add_argument(
+        "--archive", type=Path, default=Path("out/estimated_shapes"),
+        help="where tracked films of estimated_shapes are kept",
+    )  # fmt: skip
+    parser.add_argument("--count", type=int, default=241, help="films of estimated_shapes")
+    parser.add_argument("--quick", action="store_true", help="few trials")
+    parser.add_argument("--json", type=output_file, default="-", help="file, - = print")
+    return parser
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    arguments = _parser().parse_args(argv)
+    report: dict[str, Any] = {
+        "machine": machine(),
+        "seed": arguments.seed,
+    }
+    wall, cpu = time.perf_counter(), time.process_time()
+    for name in counted("part", [arguments.part] if arguments.part else list(PARTS)):
+        figures = PARTS[name](arguments)
+        report |= figures if figures and name in _JOINED else {name: figures}
+    report["seconds"] = time.process_time() - cpu
+    report["wall_seconds"] = time.perf_counter() - wall
+    write_json(arguments.json, report, indent=1)
+    return 0

@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -183,7 +184,7 @@ PARTS: dict[str, Callable[[Plan], Any]] = {
     "tables": lambda plan: tables(plan, max(5, VIEWS * plan.scans // 20)),
     "worst_frame_cpu_s": lambda plan: worst_frame(plan, max(2, plan.scans)),
     "peers": lambda plan: {
-        "open3d": open3d_peer(plan),
+        "open3d": open3d_peer(plan) if find_spec("open3d") else None,
         "ppf_match_3d": {"parametric_6": ppf_tabletop(plan), "uwa_rs1": ppf_uwa(plan)},
     },
 }
@@ -200,7 +201,7 @@ def main() -> None:
     parser.add_argument("--json", type=output_file, default="-")
     parser.add_argument("--pictures", type=Path)
     arguments = parser.parse_args()
-    if arguments.part in (None, "peers"):
+    if arguments.part == "peers":
         need("open3d")
     share = 10 if arguments.quick else 1
     plan = Plan(
