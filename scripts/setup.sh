@@ -2,7 +2,7 @@
 # Make the environment and build the workspace; a second run finds its stamps and does nothing.
 # usage: scripts/setup.sh [--dev]
 #   --dev          also what the tests, the checks, the simulation and the making of bags and
-#                  objects need: about 1 GB more, and five minutes to build pybullet
+#                  objects need: about 0.5 GB more, and five minutes to build pybullet
 # The demo and the nodes need no --dev. After an update (git pull) the same command does what is new;
 # scripts/clean.sh removes all of it.
 set -euo pipefail

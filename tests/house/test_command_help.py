@@ -21,7 +21,6 @@ NEEDY = {
     "intent_imitation.benchmark": ("--part", "choices"),
     "intent_imitation.copying_picture": ("--out", "picture.png"),
     "intent_perception.parametric": ("--out", "objects"),
-    "intent_perception.benchmark": ("--part", "peers"),
     "bags/make.py": ("pour_bottle",),
 }
 """Commands that cannot work without a module of requirements-dev.txt."""

@@ -8,12 +8,12 @@ from intent_inference.network.model_file import shipped_model
 from intent_inference.network.task_model import TaskModel
 from intent_inference.quantisation.feature_table import select_variables
 from intent_inference.quantisation.variables import ACTION, OBJECT
-from intent_inference.workshop.evaluation.one_row_scores import (
+from intent_inference.workshop.training.labelled_table import GraspTable, read_grasps
+from intent_inference.workshop.training.one_row_scores import (
     one_row_figures,
     row_moves,
     told_chances,
 )
-from intent_inference.workshop.training.labelled_table import GraspTable, read_grasps
 from intent_perception.basics.arrays import Array
 
 TASK = "hand-over"

@@ -5,7 +5,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
-DEVELOPMENT = ("dask", "distributed", "manifold3d", "minisom", "open3d", "pyagrum", "pybullet")
+DEVELOPMENT = ("dask", "distributed", "manifold3d", "minisom", "pyagrum", "pybullet")
 """Modules of requirements-dev.txt, which the demo and the nodes do without."""
 
 

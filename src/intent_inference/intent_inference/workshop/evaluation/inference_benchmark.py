@@ -25,10 +25,10 @@ from intent_inference.workshop.evaluation.estimated_shape_scores import estimate
 from intent_inference.workshop.evaluation.evaluation_report import ReportConfig, evaluation_report
 from intent_inference.workshop.evaluation.human_scores import human_figures
 from intent_inference.workshop.evaluation.motion_scores import motion_figures
-from intent_inference.workshop.evaluation.one_row_scores import one_row_figures
 from intent_inference.workshop.evaluation.protocol import ProtocolConfig
 from intent_inference.workshop.training.fitting import train
 from intent_inference.workshop.training.labelled_table import read_grasps
+from intent_inference.workshop.training.one_row_scores import one_row_figures
 from intent_perception.basics.progress import counted
 from intent_perception.basics.safe_files import output_file, write_json
 from intent_perception.workshop.figures.machine import machine
