@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from intent_inference.motion.measures import MEASURES, STATES, shares
+from intent_inference.motion.measures import MEASURES, STATES, HeldMotion, person_of, shares
 from intent_inference.motion.motion_network import (
     NOTHING,
     PHASES,
@@ -54,3 +54,11 @@ def test_a_task_without_a_known_motion_is_moved_by_none() -> None:
     own = MotionFilter(shipped_motion(), ("juggling",))
     own.step(0.0, np.zeros(len(MEASURES)))
     assert np.isfinite(own.log_evidence).all()
+
+
+def test_an_object_that_rests_in_the_hand_moves_no_task() -> None:
+    own = MotionFilter(shipped_motion(), TASKS)
+    at_rest = HeldMotion(np.eye(4), person_of(np.eye(4), None, "right"))
+    for frame in range(round(RATE)):
+        own.step(frame / RATE, at_rest.step(frame / RATE, np.eye(4), other=0.25))
+    np.testing.assert_allclose(np.diff(own.log_evidence), 0.0, atol=0.1)

@@ -13,7 +13,7 @@ from intent_inference.motion.motion_network import (
     MotionFilter,
     MotionNetwork,
 )
-from intent_inference.workshop.acting.held_motions import KINDS, Motion, held_motion
+from intent_inference.workshop.acting.held_motions import GRASP, KINDS, Motion, held_motion
 from intent_perception.basics.arrays import Array
 
 _LIFT = 0.02
@@ -33,7 +33,11 @@ def learned_motion(per_kind: int, rng: np.random.Generator) -> MotionNetwork:
 
 
 def network_of(motions: list[Motion], weight: float) -> MotionNetwork:
-    """Return the network that soft counts of labelled motions give."""
+    """Return the network that soft counts of labelled motions give.
+
+    What rests in the hand says nothing of what is meant, so all kinds share the distributions and
+    the end of the first phase: else chance and layout would count again in every still frame.
+    """
     tasks = {_component(motion): KINDS[motion.kind][0] for motion in motions}
     kinds = tuple(tasks)
     moves = np.full((len(kinds), len(PHASES), len(PHASES)), 1e-3)
@@ -47,6 +51,8 @@ def network_of(motions: list[Motion], weight: float) -> MotionNetwork:
             moves[kind, before, after] += 1.0
         for phase, measures in zip(motion.phases, motion.measures(), strict=True):
             counts[:, kind, phase] += shares(measures)
+    moves[:, GRASP] = moves[:, GRASP].mean(axis=0)
+    counts[:, :, GRASP] = counts[:, :, GRASP].mean(axis=1, keepdims=True)
     return MotionNetwork(
         kinds, tuple(tasks.values()),
         moves / moves.sum(axis=2, keepdims=True), counts / counts.sum(axis=3, keepdims=True),
