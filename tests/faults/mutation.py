@@ -141,7 +141,7 @@ def _false_header(rng: Rng, arrays: dict[str, Any], name: str) -> bytes:
 def packed(arrays: dict[str, Any]) -> bytes:
     """Return an .npz file of arrays."""
     memory = io.BytesIO()
-    np.savez_compressed(memory, allow_pickle=False, **arrays)
+    np.savez_compressed(memory, **arrays)
     return memory.getvalue()
 
 

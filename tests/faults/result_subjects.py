@@ -59,7 +59,7 @@ def _changed(rng: Rng, arrays: dict[str, Any], file: Path) -> Path:
     changed[name] = mutation.wild(rng, changed[name])
     if rng.random() < 0.25:
         changed[name] = changed[name].ravel()[:-1]
-    np.savez(file, allow_pickle=False, **changed)
+    np.savez(file, **changed)
     return file
 
 

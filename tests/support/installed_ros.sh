@@ -19,7 +19,7 @@ trap 'rm -rf "$folder"' EXIT
 prefix=$folder/opt/ros/jazzy site=$folder/opt/ros/jazzy/lib/python3.12/site-packages
 ubuntu=('numpy==1.26.4' 'scipy==1.11.4' 'numba==0.59.1' 'opencv-python-headless==4.6.0.66' 'matplotlib<3.9'
   'scikit-learn==1.4.1.post1' 'pandas<2.3' pyyaml joblib networkx trimesh rosbags colcon-common-extensions
-  'setuptools<80' pytest)
+  'setuptools<80' pytest manifold3d)
 
 # lay_out [PIP ARGUMENT...]: the installation, with what else its Python has.
 lay_out() {
@@ -53,10 +53,11 @@ by_colcon() {
   cd "$folder/workspace"
   as_sourced colcon build --symlink-install
   as_sourced colcon build --base-paths $stand_in --paths $stand_in # the wheels bring none
-  # Beside pgmpy, which wants numpy 2, and what only set-up's --dev installs.
+  # Beside pgmpy, which wants numpy 2, pybullet, and what is timed with compiled kernels.
   as_sourced bash -c 'source install/setup.bash && cd src/intent && exec python -m pytest "$@"' - -q tests \
-    -m 'not slow and not ros and not bags' -k 'not pgmpy' --ignore tests/ros --ignore tests/replay --ignore tests/house \
-    --ignore tests/intent_inference/motion/test_motion_against_pgmpy.py
+    -m 'not slow and not ros and not bags' -k 'not pgmpy and not every_recipe' --ignore tests/ros --ignore tests/replay --ignore tests/house \
+    --ignore tests/intent_inference/motion/test_motion_against_pgmpy.py --ignore tests/faults/test_bounds.py \
+    --ignore tests/intent_inference/workshop/test_stability.py
   local node
   for node in intent_perception/recognizer intent_tracking/{tracker,grasp_detector} intent_inference/inference \
     intent_imitation/imitation; do

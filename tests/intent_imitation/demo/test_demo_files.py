@@ -43,7 +43,7 @@ def test_a_strange_truth_is_named_and_left_aside_and_the_result_written(
     if isinstance(content, bytes):
         (bag / "truth.npz").write_bytes(content)
     else:
-        np.savez(bag / "truth.npz", allow_pickle=False, **content)
+        np.savez(bag / "truth.npz", **content)
     printed = io.StringIO()
     record = demo_records.record(database, complete=False)
     write_all(record, str(bag), results_folder(tmp_path / "out"), printed)

@@ -37,7 +37,7 @@ def test_two_deviations_cover_the_estimates_of_repeated_fits():
     for _ in range(60):
         jacobian = least_squares_problem(rng, 300)
         residuals = rng.normal(0.0, sigma, len(jacobian))
-        error = np.linalg.lstsq(jacobian, residuals)[0]
+        error = np.linalg.lstsq(jacobian, residuals, rcond=None)[0]
         left = residuals - jacobian @ error
         fit = fitted(np.abs(left).mean() / COST_DEPTH, jacobian.T @ jacobian)
         covered.append(np.abs(error[6:]) <= 2.0 * state_deviation(fit, (), 0)[6:])

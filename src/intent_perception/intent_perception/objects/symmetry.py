@@ -89,7 +89,8 @@ class _Test:
             axes[k] = found * np.sign(found @ axis)
             rows.append(np.eye(3) - turn[:3, :3])
             values.append(turn[:3, 3])
-        self._move_center(np.linalg.lstsq(np.concatenate(rows), np.concatenate(values))[0])
+        left, right = np.concatenate(rows), np.concatenate(values)
+        self._move_center(np.linalg.lstsq(left, right, rcond=None)[0])
         return axes
 
     def _move_center(self, center: Array) -> None:
