@@ -30,7 +30,7 @@ esac
 SOURCES = (
     "src/p/package.xml", "src/p/setup.py", "src/p/config/p.yaml", "src/p/launch/p.py",
     "src/p/rviz/p.rviz", "msg_defs/m/package.xml", "colcon.meta",
-    "src/intent_tracking/intent_tracking/hands/network_files.py",
+    "src/intent_tracking/intent_tracking/hands/networks/network_files.py",
     "src/intent_perception/intent_perception/basics/kernels.py",
 )  # fmt: skip
 WHEELS = {"AMENT_PREFIX_PATH": ""}
