@@ -119,7 +119,7 @@ def test_what_a_robot_needs_beyond_rosdep_stands_in_the_list_for_colcon_workspac
         assert {PIP.get(name, name) for name in by_pip} - listed <= {"pgmpy", "manifold3d"}
 
 
-def test_set_up_for_the_demo_installs_nothing_of_the_workshops_alone() -> None:
+def test_set_up_for_the_demo_installs_nothing_that_no_package_imports() -> None:
     wanted = {
         PIP.get(name, ROSDEP.get(name, name).removeprefix("python3-").removesuffix("-pip"))
         for package in PACKAGES

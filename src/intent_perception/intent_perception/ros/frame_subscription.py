@@ -1,4 +1,4 @@
-"""RGB-D frames as a node hears them: what belongs together, what was lost, how late it comes."""
+"""RGB-D frames as a node hears them: what belongs together, what was lost, how long it waited."""
 
 import time
 from collections.abc import Callable
@@ -22,7 +22,6 @@ from intent_perception.bags.frame_assembly import (
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
 from intent_perception.ros.declared import declared
-from intent_perception.ros.health.lateness import Lateness
 from intent_perception.ros.node import IntentNode
 
 
@@ -75,8 +74,8 @@ class FrameSubscription:
         node.inputs = self
         self.skipped = 0
         """Frames that the camera sent and that never arrived: the node was busy."""
-        self.lateness = Lateness()
-        """Of the newest frame."""
+        self.waited = 0.0
+        """How long the newest frame lay here before it was taken [s]; 0 where nobody says so."""
         self._period, self._newest = 0, -1
         self._jumps, self._two_senders = 0, False
         self._quiet_since, self._warned = time.monotonic(), False
@@ -137,7 +136,8 @@ class FrameSubscription:
             self._start_over(f"nothing was seen for {gap:.1f} s")
         self.frame_id = messages.depth.header.frame_id or self.frame_id
         self._count_skipped(messages.stamp)
-        self.lateness.note(info["source_timestamp"], time.time_ns())
+        arrived = info["received_timestamp"]
+        self.waited = (time.time_ns() - arrived) / NANOSECONDS if arrived else 0.0
         header = Header(frame_id=self.frame_id)
         header.stamp.sec, header.stamp.nanosec = divmod(messages.stamp, NANOSECONDS)
         if self._wanted(messages.stamp):

@@ -41,7 +41,7 @@ class PaceConfig(Checked):
     """Wait with the first frame for the recogniser's complete answer, as lockstep does; otherwise
     the hand is followed from the first frame on, and objects join as they are recognised."""
     late: float = 0.03
-    """A frame that waited this much longer than others is taken in a hurry, because newer ones
+    """A frame that waited this long for the one before it is taken in a hurry, because newer ones
     wait behind it: what can be put off is [s], 0.001..100."""
 
 
@@ -141,7 +141,7 @@ class TrackerNode(IntentNode):
 
         In lockstep none is, so that the same bag gives the same answer.
         """
-        late = self._frames.lateness.seconds > self._late and not self._waits
+        late = self._frames.waited > self._late and not self._waits
         self._hurried = self._hurried + 1 if late and self._hurried < _MOST_HURRIED else 0
         return self._hurried > 0
 

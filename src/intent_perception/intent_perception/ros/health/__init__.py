@@ -1,1 +1,1 @@
-"""What tells how a node is: its inputs, its steps, how late it is."""
+"""What tells how a node is: its inputs and its steps."""
