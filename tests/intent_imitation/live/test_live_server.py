@@ -13,6 +13,7 @@ from tests.intent_imitation.live.test_live_view import kept
 from tests.support.browser import dom_of
 from tests.support.demo_records import record
 
+from intent_imitation.live.live_page import PAGE
 from intent_imitation.live.live_server import LiveServer
 from intent_perception.objects.database import ObjectDatabase
 
@@ -83,3 +84,7 @@ def test_a_browser_shows_stage_picture_and_every_task(server: LiveServer, tmp_pa
     assert 'src="image.jpg?1"' in page
     for task in ("pouring 0.50", "hand-over 0.20", "none of these 0.20"):
         assert f"</i>{task}</li>" in page
+
+
+def test_the_page_says_that_what_is_meant_sums_to_one() -> None:
+    assert 'With "none of these" the\nprobabilities of the tasks sum to one.' in PAGE

@@ -28,10 +28,10 @@ p{margin:.3rem 0 0;color:var(--soft);font-size:.92rem}
 <h1 id="status">Waiting for pictures</h1>
 <section><img id="view" alt="The camera's picture with objects, hand, stage and posterior">
 </section>
-<section><h2>Probability of each task over time</h2><canvas id="chart"></canvas>
+<section><h2>What the person means, over time</h2><canvas id="chart"></canvas>
 <ul id="legend"></ul>
-<p>Thin: the hand still reaches, a forecast. Dashed: a stable grasp. Each task is judged by
-itself, so the probabilities need not sum to one.</p></section>
+<p>Thin: the hand still reaches, a forecast. Dashed: a stable grasp. With "none of these" the
+probabilities of the tasks sum to one.</p></section>
 </main><script>
 const COLORS=%COLORS%,SPARE=%SPARE%;
 const $=id=>document.getElementById(id);
