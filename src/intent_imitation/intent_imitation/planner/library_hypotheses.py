@@ -18,6 +18,7 @@ from intent_perception.objects.model_memory import ModelMemory
 from intent_tracking.grasp.grasp_features import palm_center
 
 _FEW = 24
+"""Tries of a rehearsal."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -60,6 +60,10 @@ class Heard:
     handles: dict[str, int] = field(default_factory=dict)
     """Open files, pipes and sockets of each node after it."""
 
+    def latencies(self) -> list[float]:
+        """Return the time from each frame to its state [s]."""
+        return [self.states[t] - self.frames[t] for t in self.states if t in self.frames]
+
 
 class RealtimeProbe(Node):
     """Listens to all that the five nodes publish."""

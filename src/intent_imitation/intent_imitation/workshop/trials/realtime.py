@@ -49,11 +49,6 @@ class BagOutcome:
         came = [when for stamp, when in self.heard.objects if stamp in self.stamps]
         return [min(came) - start] if came else []
 
-    def latencies(self) -> list[float]:
-        """Return the time from each frame to its state [s]."""
-        heard = self.heard
-        return [heard.states[t] - heard.frames[t] for t in heard.states if t in heard.frames]
-
     def plan_times(self) -> list[float]:
         """Return the time from the frame of each grasp found to its plan [s]."""
         heard, grasps = self.heard, [t for t in self.found if t in self.heard.frames]
@@ -84,8 +79,7 @@ def outcome_of(bag: Path, heard: Heard, reference: Sequence[tuple[int, str]]) ->
 
 def figures(outcomes: Sequence[BagOutcome]) -> dict[str, Any]:
     """Return the figures of the contract over bags."""
-    # The probe may come to hear the camera only after a short bag has ended.
-    latency = 1e3 * np.array([t for one in outcomes for t in one.latencies()] or [np.nan])
+    p50, p95 = _percentiles([one.heard for one in outcomes])
     frames = sum(len(one.stamps) for one in outcomes)
     answered = sum(stamp in one.heard.states for one in outcomes for stamp in one.stamps)
     grasps = [(one, k) for one in outcomes for k in range(len(one.expected))]
@@ -101,8 +95,8 @@ def figures(outcomes: Sequence[BagOutcome]) -> dict[str, Any]:
     return {
         "bags": len(outcomes),
         "answered": answered / frames,
-        "latency_ms_p50": float(np.percentile(latency, 50)),
-        "latency_ms_p95": float(np.percentile(latency, 95)),
+        "latency_ms_p50": p50,
+        "latency_ms_p95": p95,
         "objects_after_s": float(np.max(objects)) if objects else None,
         "objects_after_s_median": float(np.median(objects)) if objects else None,
         "grasps": len(grasps),
@@ -113,6 +107,22 @@ def figures(outcomes: Sequence[BagOutcome]) -> dict[str, Any]:
         "plan_after_s_median": float(np.median(plan_times)) if plan_times else None,
         "cpu_ms_per_frame": {**cpu, "all": sum(cpu.values())},
     }
+
+
+def _percentiles(heard: Sequence[Heard]) -> tuple[float | None, float | None]:
+    """Return median and 95 % of the latencies [ms]; None where no frame was heard.
+
+    The probe may come to hear the camera only after a short bag has ended.
+    """
+    latency = [t for one in heard for t in one.latencies()]
+    if not latency:
+        return None, None
+    p50, p95 = 1e3 * np.percentile(latency, [50, 95])
+    return float(p50), float(p95)
+
+
+def _latency(p50: float | None, p95: float | None) -> str:
+    return "unknown" if p50 is None or p95 is None else f"{p50:.0f} / {p95:.0f} ms"
 
 
 def looped(probe: RealtimeProbe, bags: Sequence[Path], loops: int) -> dict[str, Any]:
@@ -131,13 +141,11 @@ def looped(probe: RealtimeProbe, bags: Sequence[Path], loops: int) -> dict[str, 
 def _one_loop(probe: RealtimeProbe, bags: Sequence[Path], number: int) -> list[Heard]:
     """Play bags one after the other and print a line of what came."""
     heard = [probe.play(bag) for bag in bags]
-    delays = [one.states[t] - one.frames[t] for one in heard for t in one.states if t in one.frames]
     memory = {name: round(size / 1e6) for name, size in heard[-1].memory.items()}
-    p50, p95 = 1e3 * np.percentile(delays or [np.nan], [50, 95])
     print(
         f"loop {number + 1}: grasps {sum(bool(one.grasps) for one in heard)}, plans "
-        f"{sum(bool(one.plans) for one in heard)} of {len(bags)} bags, latency {p50:.0f} / "
-        f"{p95:.0f} ms, memory [MB] {memory}, handles {heard[-1].handles}",
+        f"{sum(bool(one.plans) for one in heard)} of {len(bags)} bags, latency "
+        f"{_latency(*_percentiles(heard))}, memory [MB] {memory}, handles {heard[-1].handles}",
         file=sys.stderr,
         flush=True,
     )
@@ -176,8 +184,9 @@ def _line(outcome: BagOutcome) -> str:
     alone = figures([outcome])
     cpu = alone["cpu_ms_per_frame"]
     return (
-        f"answered {alone['answered']:.2f}, latency {alone['latency_ms_p50']:.0f} / "
-        f"{alone['latency_ms_p95']:.0f} ms, objects after {alone['objects_after_s'] or 0.0:.2f} s, "
+        f"answered {alone['answered']:.2f}, latency "
+        f"{_latency(alone['latency_ms_p50'], alone['latency_ms_p95'])}, "
+        f"objects after {alone['objects_after_s'] or 0.0:.2f} s, "
         f"grasps {alone['grasp_found']}, best {alone['same_best']}, plans {alone['plan_found']} of "
         f"{alone['grasps']}, plan after {alone['plan_after_s'] or 0.0:.2f} s, CPU ms "
         + ", ".join(f"{name} {value:.1f}" for name, value in cpu.items())
