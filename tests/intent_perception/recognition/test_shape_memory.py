@@ -7,6 +7,7 @@ import pytest
 
 from intent_perception.geometry.transforms import make_pose
 from intent_perception.objects.database import ObjectDatabase
+from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.estimation.likeness import Likeness
 from intent_perception.recognition.estimation.shape_estimator import EstimatedShape
 from intent_perception.recognition.estimation.shape_memory import ShapeMemory, shape_name
@@ -16,13 +17,16 @@ MUG = ObjectDatabase.load()["mug_0"]
 BOX = ObjectDatabase.clutter().models[0]
 
 
-def seen(x: float, like: float, model: object = MUG, hidden: float = 0.0) -> EstimatedShape:
+def seen(x: float, like: float, model: ObjectModel = MUG, hidden: float = 0.0) -> EstimatedShape:
     none = np.zeros((0, 3))
     thing = SeenThing(
         0, 0, np.ones((4, 4), bool), none, none, np.zeros(3), np.zeros(3), hidden, none
     )
     pose = make_pose(np.eye(3), [x, 0.0, 0.05])
-    return EstimatedShape(model, pose, 0.9, Likeness(like, 0.001, 1.0), thing, np.ones(7) / 7)  # type: ignore[arg-type]
+    likeness = Likeness(like, 0.001, 1.0)
+    return EstimatedShape(
+        model.object_class, lambda: model, pose, 0.9, likeness, thing, np.ones(7) / 7
+    )
 
 
 def test_things_are_numbered_and_known_ids_are_left_out() -> None:

@@ -23,6 +23,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
+from std_srvs.srv import Trigger
 
 from intent_imitation.ros.graph import NODES
 from intent_perception.bags.frame_assembly import stamp_of
@@ -82,7 +83,8 @@ class RealtimeProbe(Node):
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         hear = self.create_subscription
-        hear(CameraInfo, "/rgb/camera_info", self._on_info, 100)
+        self._frames = hear(CameraInfo, "/rgb/camera_info", self._on_info, 100)
+        self._resume = self.create_client(Trigger, "/replay/resume")
         hear(msgs.RecognizedObjects, "/intent/objects", self._on_objects, 10)
         hear(msgs.SceneState, "/intent/scene_state", self._on_state, RESULTS)
         hear(msgs.StableGrasp, "/intent/stable_grasp", self._on_grasp, 10)
@@ -120,7 +122,9 @@ class RealtimeProbe(Node):
         self.heard, self._moment, self._action = Heard(), moment, action
         before = {name: cpu_seconds(pid) for name, pid in self._pids.items()}
         player = str(Path(get_package_prefix("intent_perception")) / "lib/intent_perception/replay")
-        with subprocess.Popen([player, str(bag), "--subscribers", "2"]) as process:
+        command = [player, str(bag), "--subscribers", "2", "--start-paused"]
+        with subprocess.Popen(command) as process:
+            self._begin(process)
             self._until(lambda: process.poll() is not None, f"{bag} was not played to its end")
         self._rest(_REST)
         for name, pid in self._pids.items():
@@ -128,6 +132,16 @@ class RealtimeProbe(Node):
             self.heard.memory[name] = resident_bytes(pid)
             self.heard.handles[name] = open_handles(pid)
         return self.heard
+
+    def _begin(self, player: subprocess.Popen[bytes]) -> None:
+        """Let a paused player go on once this node hears its frames as the others do."""
+
+        def heard() -> bool:
+            found = self._frames.get_publisher_count() > 0 and self._resume.service_is_ready()
+            return player.poll() is not None or found
+
+        self._until(heard, "the player is not heard")
+        self._resume.call_async(Trigger.Request())
 
     def _on_info(self, message: Any) -> None:
         stamp, action = stamp_of(message), self._action

@@ -234,7 +234,7 @@ def _thing(kept: KeptShape, T_frame_table: Array) -> RecognizedObject:
     return RecognizedObject(
         id=kept.id,
         model=shape.model.name,
-        object_class=shape.model.object_class,
+        object_class=shape.object_class,
         T_table_object=T_frame_table @ shape.T_table_object,
         confidence=shape.confidence,
         visible_fraction=shape.likeness.visible,

@@ -1,8 +1,10 @@
 """Results of which the last one holds: a late joiner hears it, and nothing that holds no longer."""
 
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.duration import Duration
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
@@ -34,7 +36,7 @@ class LatestResult:
             topic: relative name.
         """
         self._node, self._kind, self._topic = node, kind, topic
-        self._publisher = node.create_publisher(kind, topic, LATEST)
+        self._publisher = self._advertised()
         self._fleeting: Any = None
         self._holds = False
 
@@ -55,5 +57,38 @@ class LatestResult:
         if self._holds:
             self._publisher.wait_for_all_acked(_ON_ITS_WAY)  # who listens shall still get it
             self._node.destroy_publisher(self._publisher)
-            self._publisher = self._node.create_publisher(self._kind, self._topic, LATEST)
+            self._publisher = self._advertised()
         self._holds = False
+
+    def _advertised(self) -> Any:
+        return self._node.create_publisher(self._kind, self._topic, LATEST)
+
+
+class ResultOnDemand(LatestResult):
+    """A latest result that takes long to make: it is made once somebody listens."""
+
+    def __init__(self, node: Node, kind: Any, topic: str, make: Callable[[], Any]) -> None:
+        """Advertise.
+
+        Args:
+            node: that publishes.
+            kind: message type.
+            topic: relative name.
+            make: returns the message that holds now.
+        """
+        self._make, self._stale = make, False
+        super().__init__(node, kind, topic)
+
+    def renew(self) -> None:
+        """Say that another message holds from now on."""
+        self._stale = True
+        self._serve()
+
+    def _serve(self, _: Any = None) -> None:
+        if self._stale and self._publisher.get_subscription_count():
+            self._stale = False
+            self.publish(self._make())
+
+    def _advertised(self) -> Any:
+        events = PublisherEventCallbacks(matched=self._serve)
+        return self._node.create_publisher(self._kind, self._topic, LATEST, event_callbacks=events)

@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NoReturn, Protocol
@@ -86,7 +86,7 @@ class IntentNode(Node):
     def __init__(self, name: str, share: ShareConfig | None = None) -> None:
         super().__init__(name)
         self._share = declared(self, share or ShareConfig())
-        stand_back(self._share.niceness)
+        stand_back(self._share.niceness, _all_threads())
         self.enabled = True
         self.inputs: Inputs | None = None
         self._health, self._watch = StepHealth(), InputWatch(self)
@@ -231,10 +231,28 @@ def guarded(node: Node, topic: str, callback: Callable[[Any], Any]) -> Callable[
     return take
 
 
-def stand_back(niceness: int) -> None:
-    """Lower the priority of the calling thread, and of those that it starts, to a niceness."""
-    thread = threading.get_native_id()
-    os.setpriority(os.PRIO_PROCESS, thread, max(niceness, os.getpriority(os.PRIO_PROCESS, thread)))
+def stand_back(niceness: int, threads: Iterable[int] | None = None) -> None:
+    """Lower the priority of threads, and of those that they start, to a niceness.
+
+    Such a thread no longer interrupts one that runs when a message wakes it (SCHED_BATCH).
+
+    Args:
+        niceness: 0..19.
+        threads: their numbers; None: the calling one.
+    """
+    for thread in threads if threads is not None else [threading.get_native_id()]:
+        try:
+            if niceness > 0:
+                os.sched_setscheduler(thread, os.SCHED_BATCH, os.sched_param(0))
+            usual = os.getpriority(os.PRIO_PROCESS, thread)
+            os.setpriority(os.PRIO_PROCESS, thread, max(niceness, usual))
+        except ProcessLookupError:
+            pass  # it has ended
+
+
+def _all_threads() -> list[int]:
+    """Return the numbers of this process's threads: the middleware has some of its own."""
+    return [int(name) for name in os.listdir("/proc/self/task")]
 
 
 def aside() -> ThreadPoolExecutor:

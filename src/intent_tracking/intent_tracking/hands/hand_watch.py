@@ -12,11 +12,12 @@ import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
+from intent_tracking.hands.hand_place import at_place, beside, distance_of, has_depth, middle_of
 from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig, Hints
 from intent_tracking.hands.hand_square import HandSquare, square_of_key_points
 from intent_tracking.hands.key_point_start import KeyPointConfig, key_evidence
 from intent_tracking.hands.moving_arm import ends_of, view_of
-from intent_tracking.hands.seen_hand import PALM, SeenHand
+from intent_tracking.hands.seen_hand import SeenHand
 from intent_tracking.hands.side_odds import SideOdds, Tell
 from intent_tracking.image.frame_evidence import NO_KEYS, KeyEvidence
 from intent_tracking.image.moving_depth import MovingDepth, MovingThing
@@ -26,8 +27,6 @@ MISSED = 2
 """Looks in a row without the followed hand after which it is taken to be elsewhere."""
 GONE = 6
 """Looks in a row after which a hand that fits badly is taken to be gone."""
-_NEAR = 0.6
-"""A seen hand whose middle lies this near to the expected one is it [sides of its square]."""
 _ACTS = 0.15
 """A hand that has moved this far from its resting place acts [sides of its square, about 25 cm]."""
 _COMING = 3
@@ -36,22 +35,20 @@ _DRIFT = 0.03
 """Share by which a hand's resting place follows it from look to look: people sway."""
 _PATIENCE = 15
 """Looks for which a hidden hand that acts is waited for before another one that acts counts."""
-_LEAST_MEASURED = 3
-"""Key points with depth without which a hand is only a picture of one."""
 _FIRST_LOOKS = 6
 """A hand that is first seen later than this has come from somewhere: it may be about to act."""
 _GLANCE = 6
 """Looks between two at all hands while one acts."""
 _MOVES = 0.25
 """A hand acts if something has come nearer at this share of its key points: fingers are thin."""
-_OWN_ARM = 0.75
-"""What moves this near to the middle of a hand may be its own arm [sides of its square]."""
 _ARM_AREA = 0.002
 """Visible surface of a thing that moves from which it may be an arm with a hand [m^2]."""
 _SECOND = 4
 """Looks between two at a hand in doubt where an arm ends and where the fit is."""
 _REGIONS = 3
 """Most places in a frame that are looked at for a missed hand."""
+_OVERLOOKED = 3
+"""Looks in a row at something that moves in which no hand is seen, from which it is overlooked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +64,7 @@ class Expectation:
     objects: Array | None = None
     """(n, 2) where objects are in the image [pixels]."""
     hurried: bool = False
-    """Newer frames wait already, so that not every frame is read."""
+    """Newer frames wait already, so that not every frame is read, nor in many places."""
 
 
 class HandWatch:
@@ -106,7 +103,7 @@ class HandWatch:
         self._acted: set[int] = set()
         self._arrived: set[int] = set()
         self._paths: dict[int, tuple[Array, int]] = {}
-        self._skipped = self._looks = 0
+        self._skipped = self._looks = self._vain = 0
         self._motion = MovingDepth()
         self._things: list[MovingThing] = []
         self._shares: dict[int, float] = {}
@@ -118,6 +115,11 @@ class HandWatch:
     def moving(self) -> bool:
         """Whether something moves in front of what stands still."""
         return bool(self._things)
+
+    @property
+    def overlooked(self) -> bool:
+        """Whether what moves may be a hand that the networks do not see."""
+        return self.moving and self._vain >= _OVERLOOKED
 
     def comes(self, pixels: Array) -> bool:
         """Return whether something has come where a hand's joints (21, 2) are in the image.
@@ -131,7 +133,7 @@ class HandWatch:
         if not self._things or self._motion.share(pixels) > _MOVES:
             return False
         around = square_of_key_points(pixels)
-        return all(_beside(thing, around) for thing in self._things)
+        return all(beside(thing, around) for thing in self._things)
 
     @property
     def seen(self) -> SeenHand | None:
@@ -170,6 +172,8 @@ class HandWatch:
             self._things = self._motion.things() if self._searches() else []
             hands = self._read(reader, frame, expectation)
             self._look(self._real(reader, hands, frame), expectation)
+            unseen = self.moving and self.hand is None and self.elsewhere is None
+            self._vain = self._vain + 1 if unseen else 0
             self._note_side(tell)
             self._note_rest(expectation)
         self._note_keys(frame.camera)
@@ -234,7 +238,7 @@ class HandWatch:
             self._shares[hand.identity] = share
             if before > 2.0 * _MOVES and share < 0.5 * _MOVES:
                 reader.forget(hand.identity)
-            elif _has_depth(hand, frame):
+            elif has_depth(hand, frame):
                 real.append(hand)
         return real
 
@@ -259,8 +263,9 @@ class HandWatch:
         arms = [thing for thing in self._things if thing.area > _ARM_AREA]
         regions += [end for arm in arms for end in ends_of(arm, frame.camera)]
         view = view_of(arms[0], frame.camera) if arms else None
-        hints = Hints(tuple(regions[:_REGIONS]), view)
-        turn = not regions or self._looks % 2 == 0  # both sources in every frame take too long
+        hints = Hints(tuple(regions[: 1 if expectation.hurried else _REGIONS]), view)
+        period = 4 if expectation.hurried else 2  # both sources in every frame take too long
+        turn = not regions or self._looks % period == 0
         missed = self.missed > 0 and (self.ever or bool(self._things))
         return reader.read(frame.color, search=missed and turn, hints=hints)
 
@@ -281,7 +286,7 @@ class HandWatch:
         Readings of a hand at rest jump while it is in doubt, and the arm of another one may pass in
         front of it: only both together are a movement of its own.
         """
-        middle = _middle(hand)
+        middle = middle_of(hand)
         rest, looks = self._paths.get(hand.identity, (middle, 0))
         left = float(np.linalg.norm(middle - rest)) > _ACTS * hand.square.side
         if (left or looks < _COMING) and self._motion.share(hand.pixels) > _MOVES:
@@ -314,38 +319,4 @@ class HandWatch:
             acted = acted or [hand for hand in hands if hand.identity in self._arrived]
         if acted or same:
             return (acted or same)[0]
-        return min(hands, key=lambda hand: _distance(hand, expectation.objects), default=None)
-
-
-def _has_depth(hand: SeenHand, frame: RgbdFrame) -> bool:
-    """Return whether there is a measurement at some key points: else nothing tells where it is."""
-    height, width = frame.depth.shape
-    columns, rows = np.rint(hand.pixels).astype(np.int64).T
-    inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
-    return int((frame.depth[rows[inside], columns[inside]] > 0.0).sum()) >= _LEAST_MEASURED
-
-
-def _beside(thing: MovingThing, square: HandSquare) -> bool:
-    """Return whether a thing lies outside a square: an arm that moves is its own hand's."""
-    offset = np.abs(thing.pixels - square.center).max(axis=1)
-    return bool(np.all(offset > _OWN_ARM * square.side))
-
-
-def at_place(hand: SeenHand, pixel: Array) -> bool:
-    """Return whether a hand is seen where a palm (2,) is expected [pixels]."""
-    return _apart(hand, pixel) < _NEAR
-
-
-def _middle(hand: SeenHand) -> Array:
-    return np.asarray(hand.pixels[PALM].mean(axis=0))
-
-
-def _apart(hand: SeenHand, pixel: Array) -> float:
-    return float(np.linalg.norm(_middle(hand) - pixel)) / hand.square.side
-
-
-def _distance(hand: SeenHand, objects: Array | None) -> float:
-    """Return how far a hand lies from the nearest object in the image [sides of its square]."""
-    if objects is None or not len(objects):
-        return 0.0
-    return min(_apart(hand, pixel) for pixel in objects)
+        return min(hands, key=lambda hand: distance_of(hand, expectation.objects), default=None)

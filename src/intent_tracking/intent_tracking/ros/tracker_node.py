@@ -2,7 +2,7 @@
 
 from collections import deque
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from intent_msgs.msg import SceneState
@@ -17,7 +17,7 @@ from intent_perception.recognition.detector_config import DetectorConfig
 from intent_perception.ros.convert import FrameNames, deletion, header_at, object_markers
 from intent_perception.ros.declared import declared, declared_database
 from intent_perception.ros.frame_subscription import FrameSubscription
-from intent_perception.ros.latest_result import LatestResult
+from intent_perception.ros.latest_result import ResultOnDemand
 from intent_perception.ros.node import RESULTS, IntentNode, ShareConfig, aside, run
 from intent_perception.ros.shaped_objects import listen_for_objects
 from intent_tracking.fit.hand_shape import save_shape
@@ -61,7 +61,8 @@ class TrackerNode(IntentNode):
         self._tf = self.create_publisher(TFMessage, "tf", 100)
         # Apart: who looks later is told the objects, and the hand comes with every frame.
         self._names = declared(self, FrameNames())
-        self._markers = LatestResult(self, MarkerArray, "intent/markers")
+        self._shown: tuple[tuple[str, ...], tuple[str, ...]] = (), ()
+        self._markers = ResultOnDemand(self, MarkerArray, "intent/markers", self._object_markers)
         self._hand_markers = self.create_publisher(MarkerArray, "intent/hand/markers", 10)
         self._workshop = aside()
         rehearse(self._tracker, self._database.example)
@@ -76,9 +77,9 @@ class TrackerNode(IntentNode):
         self._tracker.forget_hand()
         self._started, self._shape_kept, self._alone = False, False, False
         self._answers: deque[tuple[recognized.RecognizedObjects, Future[None]]] = deque()
-        self._shown: tuple[tuple[str, ...], tuple[str, ...]] = (), ()
+        self._shown = (), ()
         self._held: RgbdFrame | None = None
-        self._markers.publish(MarkerArray(markers=[deletion("objects")]))
+        self._markers.renew()
         self._hand_markers.publish(MarkerArray(markers=[deletion("hand")]))
 
     def _on_objects(self, objects: recognized.RecognizedObjects, _: Any) -> None:
@@ -126,7 +127,7 @@ class TrackerNode(IntentNode):
             self._held = frame
             return False
         if not self._started:
-            self._begin(recognized.table_alone(frame, _ROUGH))
+            self._begin(replace(recognized.table_alone(frame, _ROUGH), complete=False))
         state = self._tracker.step(frame, self._hurries())
         self._states.publish(state_to_msg(state, self._frames.frame_id, self._names.table_frame))
         if state.hand_tracked:
@@ -149,11 +150,15 @@ class TrackerNode(IntentNode):
         """Publish the objects' meshes when there are others, and the hand while somebody looks."""
         if (state.object_ids, state.object_models) != self._shown:
             self._shown = state.object_ids, state.object_models
-            names = zip(state.object_ids, state.object_models, strict=True)
-            models = [(name, self._database[model]) for name, model in names]
-            self._markers.publish(object_markers(models, self._names))
+            self._markers.renew()
         if self._hand_markers.get_subscription_count():
             self._hand_markers.publish(hand_markers(state, self._names))
+
+    def _object_markers(self) -> MarkerArray:
+        """Return the meshes of the objects that are shown, after word to forget earlier ones."""
+        names = zip(*self._shown, strict=True)
+        models = [(name, self._database[model]) for name, model in names]
+        return object_markers(models, self._names)
 
     def _keep_shape(self) -> None:
         """Write the hand's shape once it is calibrated."""

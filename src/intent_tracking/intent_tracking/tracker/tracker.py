@@ -43,6 +43,8 @@ from intent_tracking.tracker.tracker_config import TrackerConfig
 
 _SMOOTHING = 0.25
 """Share of the newest frame in the smoothed cost: about four frames judge a hand."""
+_NEW = 2
+"""Age up to which a hand is looked at in a hurry too: a rough start needs what networks see."""
 _GAP_SMOOTHING = 0.5
 """The same for the distance from the networks' key points, which are steadier."""
 
@@ -187,7 +189,7 @@ class Tracker:
         self._compete()
         visible = bool(self._hypotheses)
         if not self._hypotheses:
-            visible = self._search(frame)
+            visible = self._search(frame, self._objects.complete)
         elif self._doubtful(self._hypotheses[0]):
             self._try_others(frame)
         self._frames += 1
@@ -198,9 +200,9 @@ class Tracker:
         return published_state(frame.stamp, self._objects, shown, self.config.life.unseen_frames)
 
     def _doubtful(self, leader: Hypothesis) -> bool:
-        """Return whether other starts shall be tried now: a young hand's are not put off."""
-        may = not self._hurried or leader.age <= max(self.config.young_trials)
-        return may and self._source.judge.doubtful(leader, self._frames)
+        """Return whether other starts are tried now, in a hurry those that networks see alone."""
+        young = leader.age <= max(self.config.young_trials) and self._watch.told is not None
+        return (young or not self._hurried) and self._source.judge.doubtful(leader, self._frames)
 
     def rehearse(self, frame: RgbdFrame) -> None:
         """Go once through what only a hand needs that the networks see and that fits well.
@@ -233,7 +235,8 @@ class Tracker:
             joints = leader.track.joints(leader.track.predict())
             middle, seen = palm_pixel(frame.camera, joints), pixels_of(frame.camera, joints)
             settled = len(self._hypotheses) == 1 and self._source.judge.settled(leader)
-            expectation = Expectation(middle, seen, settled, objects, self._hurried)
+            hurried = self._hurried and leader.age > _NEW
+            expectation = Expectation(middle, seen, settled, objects, hurried)
         around = self._around
         upright = around.T_table_camera[:3, :3] if around.table is not None else None
         tell = partial(self._person.told, frame, upright)
@@ -311,12 +314,17 @@ class Tracker:
         if len(self._hypotheses) == 1:
             self._side = self._hypotheses[0].track.hand.side
 
-    def _search(self, frame: RgbdFrame) -> bool:
-        """Look for a hand; return whether there is anything like one."""
+    def _search(self, frame: RgbdFrame, complete: bool) -> bool:
+        """Look for a hand; return whether there is anything like one.
+
+        Depth alone finds one where the networks overlook what moves. Where nothing moves it looks
+        once the objects are complete: one that is not yet recognised might be taken for a hand.
+        """
         moment = self._moment(frame)
         found = self._source.seen(moment)
         visible = bool(found)
-        due = self._watch.moving or self._frames % self.config.search_period == 0
+        turn = complete and self._frames % self.config.search_period == 0
+        due = self._watch.overlooked if self._watch.moving else turn
         if not found and (self._watch.trouble or (due and not self._hurried)):
             found, visible = self._source.found(moment)
         self._hypotheses = sorted(found, key=self._source.judge.rank)

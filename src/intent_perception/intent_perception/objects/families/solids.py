@@ -1,6 +1,6 @@
 """Solids from cross-sections: lofts, hollow vessels and swept handles, and their convex parts."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,8 +17,8 @@ WEDGES = 24
 
 Join = Callable[[list[Mesh]], Mesh]
 """Makes one mesh of several: their union, or all of them side by side where they overlap little."""
-Piece = tuple[Mesh, list[Part]]
-"""A closed solid and its convex parts."""
+Piece = tuple[Mesh, Callable[[], list[Part]]]
+"""A closed solid and what makes its convex parts."""
 _TO_X = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
 
@@ -112,8 +112,13 @@ def loft_parts(name: str, rings: Array, gain: float = 0.015) -> list[Part]:
 def rod(name: str, rows: list[Array], times: int = 2, lobes: int = 6) -> Piece:
     """Return a loft along z and its convex parts."""
     sections = rounded(rows, times)
-    parts = loft_parts(name, rings_of(sections, 24, lobes), 0.03)
-    return loft(rings_of(sections, 32, lobes)), parts
+    mesh = loft(rings_of(sections, 32, lobes))
+    return mesh, lambda: loft_parts(name, rings_of(sections, 24, lobes), 0.03)
+
+
+def parts_of_pieces(pieces: Sequence[Piece]) -> Callable[[], tuple[Part, ...]]:
+    """Return what makes the convex parts of some pieces; many a draft is dropped before."""
+    return lambda: tuple(part for _, parts in pieces for part in parts())
 
 
 def grip_rows(sizes: list[tuple[float, ...]], power: float = 2.6) -> list[Array]:

@@ -17,6 +17,7 @@ from intent_perception.objects.families.solids import (
     along_x,
     loft,
     loft_parts,
+    parts_of_pieces,
     rod,
     row,
     union,
@@ -35,7 +36,7 @@ def blade_piece(spine: Array, edge: Array, heights: Array, thickness: float) -> 
     xs = np.stack([spine, flat, edge, edge, flat, spine], axis=1)
     ys = np.stack([full, 0.9 * full, fine, -fine, -0.9 * full, -full], axis=1)
     rings = np.stack([xs, ys, np.repeat(heights[:, None], 6, axis=1)], axis=2)
-    return loft(rings), loft_parts("blade", rings, 0.04)
+    return loft(rings), lambda: loft_parts("blade", rings, 0.04)
 
 
 def knife_draft(
@@ -84,7 +85,7 @@ def knife_draft(
         pieces.append(rod("bolster", rows, 0))
     return DesignedObject(
         mesh=join([mesh for mesh, _ in pieces]),
-        parts=tuple(part for _, parts in pieces for part in parts),
+        parts=parts_of_pieces(pieces),
         functions=Functions(
             edge=Edge(
                 np.array([edge_x[0], 0.0, heights[0]]),
@@ -106,7 +107,7 @@ def knife_draft(
 def hammer_head(sections: list[Array], z: float, times: int = 2) -> Piece:
     """Return a piece of a head along x at a height z; rows: (x, half height, half width)."""
     mesh, parts = rod("head", sections, times)
-    return along_x(mesh, z), [Part(part.name, along_x(part.mesh, z)) for part in parts]
+    return along_x(mesh, z), lambda: [Part(part.name, along_x(part.mesh, z)) for part in parts()]
 
 
 def hammer_draft(
@@ -123,7 +124,7 @@ def hammer_draft(
     pieces = [rod("handle", grip, power), *head]
     return DesignedObject(
         mesh=join([mesh for mesh, _ in pieces]),
-        parts=tuple(part for _, parts in pieces for part in parts),
+        parts=parts_of_pieces(pieces),
         functions=Functions(
             face=Face(np.array([face[0], 0.0, face[1]]), np.array([1.0, 0.0, 0.0])),
             handle=("handle",),
@@ -190,7 +191,7 @@ def screwdriver_draft(
     pieces += [rod("shaft", shaft, 0), rod("tip", work, 0, 4)]
     return DesignedObject(
         mesh=join([mesh for mesh, _ in pieces]),
-        parts=tuple(part for _, parts in pieces for part in parts),
+        parts=parts_of_pieces(pieces),
         functions=Functions(
             tip=np.array([0.0, 0.0, end]), handle=("handle",), functional=("shaft", "tip")
         ),

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -44,8 +45,10 @@ _TOOLS: dict[str, Maker] = {"knife": knife, "hammer": hammer, "screwdriver": scr
 class EstimatedShape:
     """One thing, with the shape and class that explain it best."""
 
-    model: ObjectModel
-    """Mesh, class ("" = none of the known), colour, parts, annotations; without a name."""
+    object_class: str
+    """"" = none of the known."""
+    make: Callable[[], ObjectModel]
+    """Makes the model; only of what no known object explains is it needed."""
     T_table_object: Array
     """(4, 4)."""
     confidence: float
@@ -56,6 +59,11 @@ class EstimatedShape:
     """What it was estimated from."""
     odds: Array
     """(7,) probability of each of `class_odds.CLASSES`."""
+
+    @property
+    def model(self) -> ObjectModel:
+        """Mesh, class, colour, parts, annotations; without a name."""
+        return self.make()
 
 
 def estimated_shapes(
@@ -97,11 +105,16 @@ def estimated_shape(
         return None
     draft, likeness = chosen
     confidence = float(odds[CLASSES.index(object_class)])
-    model = finish(_weighed(draft.made, object_class), "estimated", object_class)
-    if object_class and bare:  # what it is was told, but not where its parts are
-        model = replace(model, functions=None)
+
+    @cache
+    def make() -> ObjectModel:
+        model = finish(_weighed(draft.made, object_class), "estimated", object_class)
+        if object_class and bare:  # what it is was told, but not where its parts are
+            model = replace(model, functions=None)
+        return model
+
     T_table_object = draft.T_table_draft @ make_pose(np.eye(3), draft.made.mesh.bounds.mean(axis=0))
-    return EstimatedShape(model, T_table_object, confidence, likeness, thing, odds)
+    return EstimatedShape(object_class, make, T_table_object, confidence, likeness, thing, odds)
 
 
 def _stands_up(special: Likeness, plain: Likeness | None, odds: float) -> bool:

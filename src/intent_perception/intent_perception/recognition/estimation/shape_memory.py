@@ -95,7 +95,7 @@ class ShapeMemory:
 
     def _improves(self, old: EstimatedShape, new: EstimatedShape) -> bool:
         """Return whether a new shape tells more: a class where there was none, or a better fit."""
-        if new.model.object_class != old.model.object_class:
+        if new.object_class != old.object_class:
             return new.confidence * merit_of(new) > old.confidence * merit_of(old) + _BETTER
         return merit_of(new) > merit_of(old) + _BETTER
 
@@ -103,7 +103,7 @@ class ShapeMemory:
         revision = self._revisions.get(object_id, -1) + 1
         self._revisions[object_id] = revision
         model = replace(shape.model, name=shape_name(object_id, revision))
-        return KeptShape(object_id, revision, replace(shape, model=model))
+        return KeptShape(object_id, revision, replace(shape, make=lambda: model))
 
 
 def _moved(old: EstimatedShape, new: EstimatedShape) -> EstimatedShape:

@@ -170,7 +170,7 @@ def contradicted(
         T_table_object = T_table_camera @ pose
         shape = _there(shapes, mesh, T_table_object)
         told = object_class in OBJECT_CLASSES  # of other classes an estimate knows nothing
-        same = shape is not None and shape.model.object_class == object_class
+        same = shape is not None and shape.object_class == object_class
         if shape is None or same or not told or not is_whole(shape):
             wrong.append(False)
             continue

@@ -114,7 +114,7 @@ def t_handle_screwdriver() -> DesignedObject:
             row(0.046, 0.0070, 0.0070),
         ],
     )
-    across = (along_x(bar, 0.012), [Part(p.name, along_x(p.mesh, 0.012)) for p in parts])
+    across = (along_x(bar, 0.012), lambda: [Part(p.name, along_x(p.mesh, 0.012)) for p in parts()])
     grip = _turned([(0.006, 0.0095, 0.0), (0.020, 0.0095, 0.0), (0.040, 0.0065, 0.0)])
     return screwdriver_draft(
         grip,

@@ -22,6 +22,7 @@ from intent_perception.objects.families.solids import (
     grip_rows,
     loft,
     loft_parts,
+    parts_of_pieces,
     rod,
     rounded,
     row,
@@ -181,9 +182,9 @@ def any_screwdriver(rng: np.random.Generator) -> DesignedObject:
 def _plain(
     piece: Piece, rng: np.random.Generator, upright: bool = True, rests: int = 4
 ) -> DesignedObject:
-    mesh, parts = piece
+    parts = parts_of_pieces([piece])
     return DesignedObject(
-        mesh, tuple(parts), Functions(), NOTHING, 0.3, 0.5, _color(rng), upright, rests
+        piece[0], parts, Functions(), NOTHING, 0.3, 0.5, _color(rng), upright, rests
     )
 
 
@@ -191,7 +192,7 @@ def _box(rng: np.random.Generator, low: Array, high: Array) -> DesignedObject:
     size = rng.uniform(low, high)
     corners = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [0.0, 1.0])).reshape(3, 8).T * size
     mesh = convex_hull(corners)
-    return _plain((mesh, [Part("body", mesh)]), rng, upright=False, rests=6)
+    return _plain((mesh, lambda: [Part("body", mesh)]), rng, upright=False, rests=6)
 
 
 def any_carton(rng: np.random.Generator) -> DesignedObject:
@@ -220,7 +221,7 @@ def any_bowl(rng: np.random.Generator) -> DesignedObject:
     shares = np.linspace(0.0, 1.0, 6)
     rows = [row(0.004 + height * s, base + (r - base) * s**bulge) for s in shares]
     made = vessel(rounded([row(0.0, base), *rows]), 0.004, 0.008)
-    return _plain((made.mesh, list(made.parts)), rng, rests=1)
+    return _plain((made.mesh, lambda: list(made.parts)), rng, rests=1)
 
 
 def any_ball(rng: np.random.Generator) -> DesignedObject:
@@ -248,7 +249,9 @@ def any_banana(rng: np.random.Generator) -> DesignedObject:
     shrink = np.clip(1.2 * np.cos(np.linspace(-1.35, 1.35, 17)), 0.25, 1.0)[:, None, None]
     middle = rings.mean(axis=1, keepdims=True)
     rings = middle + (rings - middle) * shrink
-    return _plain((loft(rings), loft_parts("body", rings, 0.1)), rng, upright=False, rests=1)
+    return _plain(
+        (loft(rings), lambda: loft_parts("body", rings, 0.1)), rng, upright=False, rests=1
+    )
 
 
 def any_spoon(rng: np.random.Generator) -> DesignedObject:

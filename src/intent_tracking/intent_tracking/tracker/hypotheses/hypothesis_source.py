@@ -8,7 +8,8 @@ import numpy as np
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import RgbdFrame
 from intent_tracking.fit.initialisation import HandStart
-from intent_tracking.hands.hand_watch import HandWatch, at_place
+from intent_tracking.hands.hand_place import at_place
+from intent_tracking.hands.hand_watch import HandWatch
 from intent_tracking.hands.key_point_start import KeyPointStart
 from intent_tracking.hands.seen_palm import palm_pixel, pixels_of
 from intent_tracking.hands.skin_depth import hand_mask
