@@ -6,7 +6,7 @@ from intent_msgs.msg import TaskPosterior
 from rclpy.node import Node
 from tests.support.harness import Probe
 
-from intent_perception.ros.latest_result import LatestResult
+from intent_perception.ros.latest_result import LatestResult, ResultOnDemand
 
 TOPIC = "/intent/task_posterior"
 
@@ -65,3 +65,22 @@ def test_after_a_reset_the_next_result_is_heard_again(probe: Probe) -> None:
     speaker.take_back()
     speaker.publish(TaskPosterior(best="tool-use"))
     assert heard_late(probe) == ["tool-use"]
+
+
+def test_what_takes_long_to_make_is_made_when_somebody_listens(probe: Probe) -> None:
+    node, made = Node("speaker"), list[str]()
+    probe.run_with(node)
+
+    def make() -> TaskPosterior:
+        made.append("pouring" if not made else "hand-over")
+        return TaskPosterior(best=made[-1])
+
+    speaker = ResultOnDemand(node, TaskPosterior, TOPIC, make)
+    speaker.renew()
+    speaker.renew()
+    probe.until(lambda: False, timeout=0.3)
+    assert not made
+    assert heard_late(probe) == ["pouring"]
+    speaker.renew()
+    kept = probe.heard[TOPIC]
+    assert probe.until(lambda: [message.best for message in kept] == ["pouring", "hand-over"])

@@ -37,7 +37,7 @@ def published() -> set[str]:
     for path in (ROOT / "src").glob("intent_*/intent_*/ros/*.py"):
         for call in ast.walk(ast.parse(path.read_text())):
             name = ast.unparse(call.func) if isinstance(call, ast.Call) else ""
-            if name.endswith(("create_publisher", "LatestResult")):
+            if name.endswith(("create_publisher", "LatestResult", "ResultOnDemand")):
                 values = {a.value for a in call.args if isinstance(a, ast.Constant)}
                 found |= {value for value in values if isinstance(value, str)}
     return found

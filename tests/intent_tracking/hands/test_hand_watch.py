@@ -157,6 +157,36 @@ def test_in_a_hurry_not_every_frame_is_read(film):
     assert film.reader.reads == 2
 
 
+def test_in_a_hurry_a_settled_hand_is_read_half_as_often(film):
+    film.act()
+    before = film.reader.reads
+    for _ in range(8 * PERIOD):
+        film.look(hand_at(ACTING, 350), settled=True, hurried=True)
+    assert film.reader.reads - before == 4
+
+
+def test_in_a_hurry_networks_are_shown_one_place_alone(film):
+    film.act()
+    joints = hand_at(ACTING, 350).pixels
+    for _ in range(2 * PERIOD):
+        film.look(middle=np.array([350.0, 240.0]), joints=joints, hurried=True)
+    assert len(film.reader.hints.regions) == 1
+    film.look(middle=np.array([350.0, 240.0]), joints=joints)
+    assert len(film.reader.hints.regions) > 1
+
+
+def test_what_moves_is_overlooked_after_some_looks_in_vain_until_a_hand_is_seen(film):
+    film.look()
+    told = []
+    for _ in range(4):
+        film.look(arm=400)
+        told.append(film.watch.overlooked)
+    assert told == [False, False, True, True]
+    film.look(hand_at(ACTING, 420), arm=400)
+    assert film.watch.moving
+    assert not film.watch.overlooked
+
+
 def test_missed_counts_looks_without_the_hand_and_begins_anew_with_it(film):
     film.act()
     for n in range(4):

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -92,6 +94,31 @@ def test_what_looks_like_a_hand_is_not_searched_in_a_hurry_by_depth_alone(monkey
     tracker.step(wall)
     tracker.step(wall)
     assert searched
+
+
+def test_what_is_not_yet_recognised_is_not_taken_for_a_hand(monkeypatch):
+    tracker = no_table()
+    searched = []
+    monkeypatch.setattr(tracker._watch, "trouble", "")
+    wall = frame_of(np.full((480, 640), 1.2), np.full((480, 640, 3), 90))
+    for complete in (False, True):
+        tracker.start(replace(NOTHING, complete=complete))
+        monkeypatch.setattr(tracker._source, "found", lambda _: searched.append(1) or ([], False))
+        tracker.step(wall)
+        assert bool(searched) == complete
+
+
+@pytest.mark.slow
+def test_in_a_hurry_no_other_start_is_tried_that_no_network_sees(sequence, monkeypatch):
+    tracker = started(sequence, TrackerConfig(), np.random.default_rng(0))
+    monkeypatch.setattr(tracker._source.judge, "doubtful", lambda *_: True)
+    tried = []
+    monkeypatch.setattr(tracker, "_try_others", lambda _: tried.append(1))
+    monkeypatch.setattr(tracker._watch, "look", lambda *_: None)
+    tracker.step(sequence.frames[0], hurried=True)
+    assert not tried
+    tracker.step(sequence.frames[1])
+    assert tried
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from intent_perception.basics.arrays import Array
 from intent_perception.basics.checked_files import read_json
-from intent_perception.geometry.coded_images import MOST_PIXELS, decode_image
+from intent_perception.geometry.coded_images import MOST_PIXELS, decode_depth_png, decode_image
 
 DepthImage = NDArray[np.float32]
 ColorImage = NDArray[np.uint8]
@@ -296,27 +296,17 @@ def decode_compressed_depth(data: bytes, format_name: str = "compressedDepth") -
             "…compressedDepth.format:=png of the driver's publisher, or record the raw depth"
         )
     if bytes(data[:8]) == b"\x89PNG\r\n\x1a\n":
-        return depth_from_millimetres(_depth_png(bytes(data)))
+        return depth_from_millimetres(decode_depth_png(bytes(data)))
     if len(data) <= _COMPRESSED_DEPTH_HEADER.size:
         raise ValueError(f"expected compressedDepth with header and PNG, got {len(data)} bytes")
     _, quant_a, quant_b = _COMPRESSED_DEPTH_HEADER.unpack_from(data)
-    image = _depth_png(data[_COMPRESSED_DEPTH_HEADER.size :])
+    image = decode_depth_png(bytes(data[_COMPRESSED_DEPTH_HEADER.size :]))
     if quant_a == 0.0 and quant_b == 0.0:
         return depth_from_millimetres(image)
     with np.errstate(divide="ignore"):
         metres = quant_a / (image.astype(np.float32) - np.float32(quant_b))
     metres[image == 0] = 0.0
     return clean_depth(metres)
-
-
-def _depth_png(data: bytes) -> NDArray[np.uint16]:
-    image = decode_image(data, cv2.IMREAD_UNCHANGED)
-    if image.dtype != np.uint16 or image.ndim != 2:
-        raise ValueError(
-            f"expected a PNG of 16-bit depth, got {image.dtype} of {image.shape}: depth that was "
-            "compressed like colour is lost; record it raw or as compressedDepth"
-        )
-    return image
 
 
 def decode_compressed_color(data: bytes) -> ColorImage:

@@ -29,7 +29,7 @@ from intent_tracking.tracker.tracker_config import TrackerConfig
 _ROUGH = DetectorConfig(focal_length=260.0)
 """Half the usual resolution is enough for the table until the recogniser has answered."""
 
-_MOST_HURRIED = 5
+_MOST_HURRIED = 8
 """Frames in a row that may be taken in a hurry."""
 
 
