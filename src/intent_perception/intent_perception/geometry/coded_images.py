@@ -31,7 +31,7 @@ _PNG_HEADER = struct.Struct(">IIBBBBB")
 _PLAIN = 16, 0, 0, 0, 0
 """Bits, grey, and the usual compression, filters and order of rows."""
 _CHUNK = struct.Struct(">I4s")
-_INFLATING: type[Exception] = isal_zlib.error
+_INFLATING: type[Exception] = isal_zlib.error  # type: ignore[assignment]
 _BYTES = 2
 """Of a pixel of depth."""
 _JPEG_SIZE = struct.Struct(">HH")
