@@ -1,12 +1,15 @@
 """Which hand is followed, and when the networks are asked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from intent_perception.geometry.camera import KINECT, RgbdFrame
+from intent_tracking.hands.expectation import Expectation
 from intent_tracking.hands.hand_reader import NO_HINTS, HandReaderConfig
-from intent_tracking.hands.hand_square import HandSquare
-from intent_tracking.hands.hand_watch import MISSED, Expectation, HandWatch
+from intent_tracking.hands.hand_square import HandSquare, square_of_key_points
+from intent_tracking.hands.hand_watch import MISSED, HandWatch
 from intent_tracking.hands.key_point_start import KeyPointConfig
 from intent_tracking.hands.networks.network_files import COMMAND
 from intent_tracking.hands.seen_hand import PALM, SeenHand
@@ -320,3 +323,22 @@ def test_key_points_that_no_hand_explains_count_little(film):
     film.told = 0.0, 0.1
     film.look(hand_at(ACTING, 300))
     assert film.watch.keys_of("right").weights == pytest.approx(0.1 * full)
+
+
+def test_a_hand_that_fits_well_is_read_where_the_fit_is(film):
+    film.act()
+    fit = hand_at(ACTING, 345)
+    film.follow(fit, trusted=True)
+    square = film.reader.hints.squares[ACTING]
+    assert square.center == pytest.approx(square_of_key_points(fit.pixels).center)
+    film.follow(fit)
+    assert not film.reader.hints.squares
+
+
+@pytest.mark.parametrize(("presence", "doubted"), [(0.7, True), (0.7, False), (1.0, True)])
+def test_a_hand_read_badly_that_fits_badly_is_read_with_care(film, presence, doubted):
+    film.act()
+    film.follow(replace(hand_at(ACTING, 350), presence=presence))
+    film.follow(hand_at(ACTING, 350), doubted=doubted)
+    careful = presence < 1.0 and doubted
+    assert film.reader.hints.careful == ({ACTING} if careful else set())

@@ -6,12 +6,11 @@ others rest is looked at, else the one nearest to the objects; but while somethi
 hand at rest is the one that acts.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
+from intent_tracking.hands.expectation import Expectation
 from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig, Hints
 from intent_tracking.hands.hand_square import HandSquare, square_of_key_points
 from intent_tracking.hands.key_point_start import KeyPointConfig, key_evidence
@@ -50,24 +49,10 @@ _ARM_AREA = 0.002
 """Visible surface of a thing that moves from which it may be an arm with a hand [m^2]."""
 _SECOND = 4
 """Looks between two at a hand in doubt where an arm ends and where the fit is."""
+_CLEAR, _EXPLAINED = 0.95, 0.5
+"""A hand is read well from this presence on, if a hand explains its key points this well."""
 _REGIONS = 3
 """Most places in a frame that are looked at for a missed hand."""
-
-
-@dataclass(frozen=True, eq=False)
-class Expectation:
-    """What the tracker knows before a look."""
-
-    middle: Array | None = None
-    """(2,) middle of the followed palm in the image [pixels]; None: none is followed."""
-    joints: Array | None = None
-    """(21, 2) its joints [pixels]."""
-    settled: bool = False
-    """Fit and networks agree, so that not every frame must be read."""
-    objects: Array | None = None
-    """(n, 2) where objects are in the image [pixels]."""
-    hurried: bool = False
-    """Newer frames wait already, so that not every frame is read."""
 
 
 class HandWatch:
@@ -111,6 +96,7 @@ class HandWatch:
         self._things: list[MovingThing] = []
         self._shares: dict[int, float] = {}
         self._leader_acts = self._doubted = False
+        self._unsure = True
         self.resting = False
         """Whether the followed hand has done nothing yet while something else moves or acts."""
 
@@ -191,6 +177,7 @@ class HandWatch:
         seen = self.seen
         if seen is not None:
             sided = self._sides.noted(seen, self._doubted, tell)
+            self._unsure = sided.presence < _CLEAR or sided.explained < _EXPLAINED
             self.hand, self.elsewhere = (sided, None) if self.hand else (None, sided)
 
     def _may_skip(self, expectation: Expectation) -> bool:
@@ -249,17 +236,22 @@ class HandWatch:
         """Return the hands of a frame; only the one that acts where that will do.
 
         While it is unknown or missed it is looked for where something moves, and where the fit is.
+        Key points of a hand that fits well are read there, for its own last ones drift; those of
+        one that fits badly and was not read well are read by the better network.
         """
+        joints = expectation.joints
+        near = square_of_key_points(joints) if joints is not None else None
+        squares = {self._identity: near} if near is not None and expectation.trusted else {}
+        careful = frozenset([self._identity] if expectation.doubted and self._unsure else [])
         if not self._searches():
             every = self._looks % _GLANCE == 0
-            return reader.read(frame.color, only=None if every else self._identity)
-        regions: list[HandSquare] = []
-        if expectation.joints is not None and self.missed > 0:
-            regions.append(square_of_key_points(expectation.joints))
+            hints = Hints(squares=squares, careful=careful)
+            return reader.read(frame.color, only=None if every else self._identity, hints=hints)
+        regions = [near] if near is not None and self.missed > 0 else []
         arms = [thing for thing in self._things if thing.area > _ARM_AREA]
         regions += [end for arm in arms for end in ends_of(arm, frame.camera)]
         view = view_of(arms[0], frame.camera) if arms else None
-        hints = Hints(tuple(regions[:_REGIONS]), view)
+        hints = Hints(tuple(regions[:_REGIONS]), view, squares, careful)
         turn = not regions or self._looks % 2 == 0  # both sources in every frame take too long
         missed = self.missed > 0 and (self.ever or bool(self._things))
         return reader.read(frame.color, search=missed and turn, hints=hints)
