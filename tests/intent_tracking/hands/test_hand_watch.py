@@ -342,3 +342,6 @@ def test_a_hand_read_badly_that_fits_badly_is_read_with_care(film, presence, dou
     film.follow(hand_at(ACTING, 350), doubted=doubted)
     careful = presence < 1.0 and doubted
     assert film.reader.hints.careful == ({ACTING} if careful else set())
+    for _ in range(PERIOD):
+        film.follow(hand_at(ACTING, 350), doubted=True, hurried=True)
+    assert not film.reader.hints.careful  # it takes longer

@@ -242,7 +242,8 @@ class HandWatch:
         joints = expectation.joints
         near = square_of_key_points(joints) if joints is not None else None
         squares = {self._identity: near} if near is not None and expectation.trusted else {}
-        careful = frozenset([self._identity] if expectation.doubted and self._unsure else [])
+        care = expectation.doubted and self._unsure and not expectation.hurried
+        careful = frozenset([self._identity] if care else [])
         if not self._searches():
             every = self._looks % _GLANCE == 0
             hints = Hints(squares=squares, careful=careful)
