@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from intent_perception.geometry.camera import KINECT, RgbdFrame
+from intent_tracking.hands.expectation import Expectation
 from intent_tracking.hands.hand_reader import NO_HINTS, HandReaderConfig
-from intent_tracking.hands.hand_square import HandSquare
-from intent_tracking.hands.hand_watch import MISSED, Expectation, HandWatch
+from intent_tracking.hands.hand_square import HandSquare, square_of_key_points
+from intent_tracking.hands.hand_watch import MISSED, HandWatch
 from intent_tracking.hands.key_point_start import KeyPointConfig
 from intent_tracking.hands.networks.network_files import COMMAND
 from intent_tracking.hands.seen_hand import PALM, SeenHand
@@ -350,3 +351,24 @@ def test_key_points_that_no_hand_explains_count_little(film):
     film.told = 0.0, 0.1
     film.look(hand_at(ACTING, 300))
     assert film.watch.keys_of("right").weights == pytest.approx(0.1 * full)
+
+
+def test_a_hand_that_fits_well_is_read_where_the_fit_is(film):
+    film.act()
+    fit = hand_at(ACTING, 345)
+    film.follow(fit, trusted=True)
+    square = film.reader.hints.squares[ACTING]
+    assert square.center == pytest.approx(square_of_key_points(fit.pixels).center)
+    film.follow(fit)
+    assert not film.reader.hints.squares
+
+
+@pytest.mark.parametrize("doubted", [True, False])
+def test_a_hand_that_fits_badly_is_read_with_care(film, doubted):
+    film.act()
+    film.follow(hand_at(ACTING, 350))
+    film.follow(hand_at(ACTING, 350), doubted=doubted)
+    assert film.reader.hints.careful == ({ACTING} if doubted else set())
+    for _ in range(PERIOD):
+        film.follow(hand_at(ACTING, 350), doubted=True, hurried=True)
+    assert not film.reader.hints.careful  # it takes longer

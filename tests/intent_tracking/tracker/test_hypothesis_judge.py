@@ -153,3 +153,16 @@ def test_a_poorer_fit_tells_the_shape_where_the_networks_agree():
     agreed, apart = hypothesis(gap=CONFIG.agreement / 2), hypothesis(gap=CONFIG.agreement * 2)
     assert judge.telling_cost(agreed) > judge.telling_cost(apart)
     assert judge_of().telling_cost(agreed) == judge.telling_cost(apart)
+
+
+def test_networks_read_a_hand_where_it_fits_unless_they_contradicted():
+    judge = judge_of()
+    assert judge.trusted(hypothesis())
+    assert judge.trusted(hypothesis(gap=None))
+    assert not judge.trusted(hypothesis(gap=FAR))
+    assert not judge.trusted(hypothesis(cost=CONFIG.trust_cost + 0.01))
+
+
+def test_a_fit_is_doubted_by_its_cost():
+    assert judge_of().doubted(hypothesis(cost=CONFIG.careful_cost + 0.01))
+    assert not judge_of().doubted(hypothesis())

@@ -8,12 +8,14 @@ Measured on one core (nine rendered films, three real recordings): a look at the
 one of twenty that searches. Both palm networks find what there is, however the camera is rolled:
 in .96-1 of the frames with a whole hand, so lite it is. Starts from the key points of `full` are no
 better on the real recordings (21, 12, 13 mm against 19, 11, 14 of lite, with the same weights) and
-2 mm better in the mean of the films: not worth twice the time. A hand is found in 1-5 frames after
-it is wholly in view, those that reach fast and blurred being the latest.
+2 mm better in the mean of the films: not worth twice the time, but where lite errs. While a hand
+comes into view lite puts it more than 20 mm off in .36 of its readings and full in .27, and what
+starts wrongly stays so for long: full reads the start, and hands in doubt. A hand is found in 1-5
+frames after it is wholly in view, those that reach fast and blurred being the latest.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -48,6 +50,9 @@ class HandReaderConfig(Checked):
     """Which network finds palms; full takes a fifth longer and finds no more."""
     landmark_network: Literal["lite", "full"] = "lite"
     """Which network reads key points; full takes twice as long."""
+    careful_looks: int = 1
+    """First looks at a hand after the one that found it for which full reads all the same; the
+    better the start, the less there is to mend; 0..1000."""
     hands: int = 3
     """Most hands that are followed, 1..4."""
     least_palm: float = 0.5
@@ -79,6 +84,10 @@ class Hints:
     """Squares in which key points are read at once."""
     view: HandSquare | None = None
     """Square in which palms are searched every other time."""
+    squares: dict[int, HandSquare] = field(default_factory=dict)
+    """By a hand's number where to read it, instead of where its last key points were."""
+    careful: frozenset[int] = frozenset()
+    """Numbers of hands that are in doubt: full reads them."""
 
 
 NO_HINTS = Hints()
@@ -96,6 +105,7 @@ class HandReader:
         self._config = config or HandReaderConfig()
         self._palms = PalmNetwork(f"palm_detection_{self._config.palm_network}")
         self._landmarks = LandmarkNetwork(f"hand_landmark_{self._config.landmark_network}")
+        self._careful = LandmarkNetwork("hand_landmark_full")
         self.reset()
 
     def reset(self) -> None:
@@ -133,7 +143,7 @@ class HandReader:
             raise ValueError(f"expected colour (H, W, 3) uint8, got {color.shape} {color.dtype}")
         self._frame += 1
         settled = {hand.identity for hand in self._hands if hand.age >= _SETTLED}
-        self._follow(color, only)
+        self._follow(color, only, hints)
         for region in hints.regions:
             if not self._challenge(color, region):
                 self._take(color, region)
@@ -147,14 +157,18 @@ class HandReader:
             self._search(color, hints.view)
         return tuple(hand for hand in self._hands if only in (None, hand.identity))
 
-    def _follow(self, color: ColorImage, only: int | None) -> None:
+    def _follow(self, color: ColorImage, only: int | None, hints: Hints) -> None:
         """Read the known hands again; forget what is no hand or another one's."""
         kept: list[SeenHand] = []
         for hand in self._hands:
             if only not in (None, hand.identity):
                 kept.append(hand)
                 continue
-            seen = self._read(color, hand.square)
+            careful = hand.age < self._config.careful_looks or hand.identity in hints.careful
+            square = hints.squares.get(hand.identity, hand.square)
+            seen = self._read(color, square, careful)
+            if seen is None and square is not hand.square:
+                seen = self._read(color, hand.square, careful)
             if seen is None or any(self._same(seen[1], other) for other in kept):
                 self._lost.append((hand, self._frame))
                 continue
@@ -186,7 +200,8 @@ class HandReader:
     ) -> tuple[HandSquare, KeyPoints] | None:
         """Return what is read in a square, once more from where the key points themselves are."""
         seen = self._read(color, square)
-        return None if seen is None else self._read(color, seen[0])
+        careful = self._config.careful_looks > 0
+        return None if seen is None else self._read(color, seen[0], careful)
 
     def _challenge(self, color: ColorImage, square: HandSquare) -> bool:
         """Read a hand anew in another square near it; return whether there is one.
@@ -218,17 +233,24 @@ class HandReader:
         self._next += 1
         return _seen(self._next - 1, square, points, 0)
 
-    def _read(self, color: ColorImage, square: HandSquare) -> tuple[HandSquare, KeyPoints] | None:
-        """Return the square of the key points read in a square, and them; None without a hand."""
+    def _read(
+        self, color: ColorImage, square: HandSquare, careful: bool = False
+    ) -> tuple[HandSquare, KeyPoints] | None:
+        """Return the square of the key points read in a square, and them; None without a hand.
+
+        Gloves and the dark hide a hand from full rather than from lite: what full does not see
+        lite is asked for.
+        """
         height, width = color.shape[:2]
         inside = np.all((square.center > 0.0) & (square.center < [width, height]))
         largest = 2.0 * max(width, height)
         if not inside or not self._config.least_side <= square.side <= largest:
             return None
-        points = self._landmarks.read(color, square)
-        if points.presence < self._config.least_presence:
-            return None
-        return square_of_key_points(points.pixels), points
+        for network in [self._careful, self._landmarks] if careful else [self._landmarks]:
+            points = network.read(color, square)
+            if points.presence >= self._config.least_presence:
+                return square_of_key_points(points.pixels), points
+        return None
 
     def _same(self, points: KeyPoints, hand: SeenHand) -> bool:
         """Return whether key points are those of a known hand."""

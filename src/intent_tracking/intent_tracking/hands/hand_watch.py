@@ -6,15 +6,14 @@ others rest is looked at, else the one nearest to the objects; but while somethi
 hand at rest is the one that acts.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.camera import Camera, RgbdFrame
+from intent_tracking.hands.expectation import Expectation
 from intent_tracking.hands.hand_place import at_place, beside, distance_of, has_depth, middle_of
 from intent_tracking.hands.hand_reader import HandReader, HandReaderConfig, Hints
-from intent_tracking.hands.hand_square import HandSquare, square_of_key_points
+from intent_tracking.hands.hand_square import square_of_key_points
 from intent_tracking.hands.key_point_start import KeyPointConfig, key_evidence
 from intent_tracking.hands.moving_arm import ends_of, view_of
 from intent_tracking.hands.seen_hand import SeenHand
@@ -51,22 +50,6 @@ _HURRIED = 2
 """Times as many frames lie between looks at a hand on which all agree when newer ones wait."""
 _OVERLOOKED = 3
 """Looks in a row at something that moves in which no hand is seen, from which it is overlooked."""
-
-
-@dataclass(frozen=True, eq=False)
-class Expectation:
-    """What the tracker knows before a look."""
-
-    middle: Array | None = None
-    """(2,) middle of the followed palm in the image [pixels]; None: none is followed."""
-    joints: Array | None = None
-    """(21, 2) its joints [pixels]."""
-    settled: bool = False
-    """Fit and networks agree, so that not every frame must be read."""
-    objects: Array | None = None
-    """(n, 2) where objects are in the image [pixels]."""
-    hurried: bool = False
-    """Newer frames wait already, so that not every frame is read, nor in many places."""
 
 
 class HandWatch:
@@ -256,18 +239,25 @@ class HandWatch:
         """Return the hands of a frame; only the one that acts where that will do.
 
         While it is unknown or missed it is looked for where something moves, and where the fit is.
+        Key points of a hand that fits well are read there, for its own last ones drift; those of
+        one that fits badly are read by the better network.
         """
+        joints = expectation.joints
+        near = square_of_key_points(joints) if joints is not None else None
+        squares = {self._identity: near} if near is not None and expectation.trusted else {}
+        care = expectation.doubted and not expectation.hurried
+        careful = frozenset([self._identity] if care else [])
         if not self._searches():
             every = self._looks % _GLANCE == 0
-            return reader.read(frame.color, only=None if every else self._identity)
-        regions: list[HandSquare] = []
-        if expectation.joints is not None and self.missed > 0:
-            regions.append(square_of_key_points(expectation.joints))
+            hints = Hints(squares=squares, careful=careful)
+            return reader.read(frame.color, only=None if every else self._identity, hints=hints)
+        regions = [near] if near is not None and self.missed > 0 else []
         spared = expectation.hurried and self.missed == 0 and self._identity in self._acted
         arms = [] if spared else [thing for thing in self._things if thing.area > _ARM_AREA]
         regions += [end for arm in arms for end in ends_of(arm, frame.camera)]
         view = view_of(arms[0], frame.camera) if arms else None
-        hints = Hints(tuple(regions[: 1 if expectation.hurried else _REGIONS]), view)
+        most = 1 if expectation.hurried else _REGIONS
+        hints = Hints(tuple(regions[:most]), view, squares, careful)
         period = 4 if expectation.hurried else 2  # both sources in every frame take too long
         turn = not regions or self._looks % period == 0
         missed = self.missed > 0 and (self.ever or bool(self._things))

@@ -12,8 +12,9 @@ from intent_perception.objects.database import ModelSource
 from intent_perception.objects.model import ObjectModel
 from intent_perception.recognition.recognizer import RecognizedObjects
 from intent_tracking.fit.hand_shape import HandShapeEstimate
+from intent_tracking.hands.expectation import Expectation
 from intent_tracking.hands.hand_square import square_of_key_points
-from intent_tracking.hands.hand_watch import Expectation, HandWatch
+from intent_tracking.hands.hand_watch import HandWatch
 from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.hands.seen_palm import nudged, palm_pixel, pixels_of
 from intent_tracking.image.labelling import OF_HAND
@@ -234,9 +235,10 @@ class Tracker:
         if leader is not None:
             joints = leader.track.joints(leader.track.predict())
             middle, seen = palm_pixel(frame.camera, joints), pixels_of(frame.camera, joints)
-            settled = len(self._hypotheses) == 1 and self._source.judge.settled(leader)
-            hurried = self._hurried and leader.age > _NEW
-            expectation = Expectation(middle, seen, settled, objects, hurried)
+            judge, alone = self._source.judge, len(self._hypotheses) == 1
+            settled, trusted = alone and judge.settled(leader), alone and judge.trusted(leader)
+            doubted, hurried = judge.doubted(leader), self._hurried and leader.age > _NEW
+            expectation = Expectation(middle, seen, settled, trusted, doubted, objects, hurried)
         around = self._around
         upright = around.T_table_camera[:3, :3] if around.table is not None else None
         tell = partial(self._person.told, frame, upright)
@@ -317,8 +319,7 @@ class Tracker:
     def _search(self, frame: RgbdFrame, complete: bool) -> bool:
         """Look for a hand; return whether there is anything like one.
 
-        Depth alone finds one where the networks overlook what moves. Where nothing moves it looks
-        once the objects are complete: one that is not yet recognised might be taken for a hand.
+        By depth alone where networks overlook what moves, and else once the objects are complete.
         """
         moment = self._moment(frame)
         found = self._source.seen(moment)

@@ -75,6 +75,10 @@ class TrackerConfig(Checked):
     """Distance of joints from their key points up to which they agree [m], 0.001..0.1."""
     contradiction: float = 0.030
     """Distance of joints from their key points that calls for another start [m], 0.005..0.5."""
+    trust_cost: float = 0.22
+    """Smoothed cost of one hand below which the networks read it where the fit is, 0..2."""
+    careful_cost: float = 0.25
+    """Smoothed cost above which the better network reads a hand, 0..2."""
     reader: HandReaderConfig = field(default_factory=HandReaderConfig)
     key_points: KeyPointConfig = field(default_factory=KeyPointConfig)
     track: TrackConfig = field(default_factory=TrackConfig)

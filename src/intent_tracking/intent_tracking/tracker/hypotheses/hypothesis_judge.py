@@ -95,6 +95,15 @@ class HypothesisJudge:
         agreed = hypothesis.gap is not None and hypothesis.gap < limit
         return old and agreed and hypothesis.mean_cost < self._config.doubt_cost
 
+    def trusted(self, hypothesis: Hypothesis) -> bool:
+        """Return whether a hand fits so well that the networks may read it where it is."""
+        near = hypothesis.gap is None or hypothesis.gap < self._config.contradiction
+        return near and hypothesis.mean_cost < self._config.trust_cost
+
+    def doubted(self, hypothesis: Hypothesis) -> bool:
+        """Return whether a hand fits so badly that the better network shall read it."""
+        return hypothesis.mean_cost > self._config.careful_cost
+
     def lost(self, hypothesis: Hypothesis) -> bool:
         """Return whether a hypothesis follows no hand any more, or none that acts."""
         if self._watch.resting:
