@@ -74,6 +74,13 @@ def decode_depth_png(data: bytes) -> NDArray[np.uint16]:
     return image
 
 
+def rehearse_depth() -> None:
+    """Decode a small depth image, so that the first real one finds everything loaded."""
+    done, data = cv2.imencode(".png", np.ones((2, 2), np.uint16))
+    if done:
+        decode_depth_png(data.tobytes())
+
+
 def _plain_image(data: bytes) -> NDArray[np.uint16] | None:
     """Return the values (H, W) of plain grey of 16 bits; None where it is anything else."""
     packed: list[bytes] = []

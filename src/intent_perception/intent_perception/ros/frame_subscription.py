@@ -21,6 +21,7 @@ from intent_perception.bags.frame_assembly import (
 )
 from intent_perception.basics.parameters import Checked
 from intent_perception.geometry.camera import RgbdFrame
+from intent_perception.geometry.coded_images import rehearse_depth
 from intent_perception.ros.declared import declared
 from intent_perception.ros.node import IntentNode
 
@@ -82,6 +83,7 @@ class FrameSubscription:
         self.topics: list[str] = []
         self.frame_id = "camera_color_optical_frame"
         add, config = self.synchroniser, self._config
+        rehearse_depth()
         self._subscribe("rgb/image_rect_color", config.color_transport, add.add_color)
         self._subscribe("depth_registered/image_rect", config.depth_transport, add.add_depth)
         self._listen(CameraInfo, "rgb/camera_info", add.add_info)
