@@ -12,6 +12,7 @@ from intent_inference.motion.motion_network import (
     NOTHING,
     PHASES,
     RATE,
+    STEPS,
     MotionFilter,
     MotionNetwork,
     shipped_motion,
@@ -23,19 +24,20 @@ TASKS = ("hand-over", "pouring", "tool-use", "dish-washing")
 
 
 def unrolled(network: MotionNetwork) -> DiscreteBayesianNetwork:
-    """Return kind -> phase of each frame -> cell of each measure, a prior alike for all kinds."""
-    kinds, phases = len(network.kinds), len(PHASES)
-    nodes = [TabularCPD("kind", kinds, np.full((kinds, 1), 1.0 / kinds))]
+    """Return kind -> step of each frame -> cell of each measure, a prior alike for all tasks."""
+    kinds, steps = len(network.kinds), len(STEPS)
+    prior = network.priors / network.priors.sum()
+    nodes = [TabularCPD("kind", kinds, prior[:, None])]
     for frame in range(FRAMES):
-        before = [] if frame == 0 else [f"phase_{frame - 1}"]
-        table = network.transitions[:, 0] if frame == 0 else network.transitions.reshape(-1, phases)
-        sizes = [kinds, *(phases for _ in before)]
-        nodes.append(TabularCPD(f"phase_{frame}", phases, table.T, ["kind", *before], sizes))
+        before = [] if frame == 0 else [f"step_{frame - 1}"]
+        table = network.transitions[:, 0] if frame == 0 else network.transitions.reshape(-1, steps)
+        sizes = [kinds, *(steps for _ in before)]
+        nodes.append(TabularCPD(f"step_{frame}", steps, table.T, ["kind", *before], sizes))
         for row, name in enumerate(MEASURES):
-            cells = network.emissions[row].reshape(kinds * phases, -1)[:, : CELLS[row]]
+            cells = network.emissions[row].reshape(kinds * steps, -1)[:, : CELLS[row]]
             shares = (cells / cells.sum(axis=1, keepdims=True)).T
-            above = ["kind", f"phase_{frame}"]
-            nodes.append(TabularCPD(f"{name}_{frame}", CELLS[row], shares, above, [kinds, phases]))
+            above = ["kind", f"step_{frame}"]
+            nodes.append(TabularCPD(f"{name}_{frame}", CELLS[row], shares, above, [kinds, steps]))
     edges = [(parent, node.variable) for node in nodes for parent in node.variables[1:]]
     model = DiscreteBayesianNetwork(edges)
     model.add_cpds(*nodes)
@@ -43,14 +45,14 @@ def unrolled(network: MotionNetwork) -> DiscreteBayesianNetwork:
 
 
 def answers(network: MotionNetwork, cells: Array) -> tuple[Array, Array]:
-    """Return pgmpy's p(kind) and p(phase of the last frame) after cells (FRAMES, M)."""
+    """Return pgmpy's p(kind) and p(step of the last frame) after cells (FRAMES, M)."""
     evidence = {
         f"{name}_{frame}": int(cells[frame, row])
         for frame in range(FRAMES)
         for row, name in enumerate(MEASURES)
     }
     asked = VariableElimination(unrolled(network))
-    last = f"phase_{FRAMES - 1}"
+    last = f"step_{FRAMES - 1}"
     kind = asked.query(["kind"], evidence, show_progress=False).values
     return kind, asked.query([last], evidence, show_progress=False).values
 
@@ -63,11 +65,12 @@ def test_filter_gives_the_tasks_and_phases_that_pgmpy_gives() -> None:
     for frame, row in enumerate(cells):
         values = np.array([CENTERS[n][c] for n, c in zip(MEASURES, row, strict=True)])
         own.step(frame / RATE, values)
-    kind, phase = answers(network, cells)
+    kind, step = answers(network, cells)
     meanings = (*TASKS, NOTHING)
     members = np.array([[task == meaning for task in network.tasks] for meaning in meanings])
-    task = (members @ kind) / members.sum(axis=1)  # kinds of one task weigh alike
+    task = members @ kind
     found = np.exp(own.log_evidence - own.log_evidence.max())
-    np.testing.assert_allclose(found / found.sum(), task / task.sum(), atol=1e-5)
-    weights = members.sum(axis=1) * found
-    np.testing.assert_allclose(own.phases(weights / weights.sum()), phase, atol=1e-5)
+    found = found / found.sum()
+    np.testing.assert_allclose(found, task / task.sum(), atol=1e-5)
+    parts = np.array([[own == phase for own in STEPS.values()] for phase in PHASES])
+    np.testing.assert_allclose(own.phases(found), parts @ step, atol=1e-5)

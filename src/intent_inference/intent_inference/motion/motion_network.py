@@ -1,8 +1,9 @@
 """Dynamic Bayesian network task -> kind of motion -> phase -> measures, and forward filtering.
 
 A task is done in one of several kinds of motion (tool-use: strike, cut, turn); each kind goes
-through phases; in a phase each measure has its own distribution over cells. Frames are alike, so
-a frame's evidence counts for as much of an independent look as it lasts (`weight` per second).
+through steps, of which phases consist; in a step each measure has its own distribution over cells.
+Frames are alike, so a frame's evidence counts for as much of an independent look as it lasts
+(`weight` per second).
 """
 
 from dataclasses import dataclass
@@ -19,13 +20,18 @@ from intent_perception.basics.safe_files import write_arrays
 
 PHASES = ("GRASP", "TRANSPORT", "ACT", "PUT_BACK")
 """Phases of a held object; REACH comes before."""
+STEPS = {"GRASP": "GRASP", "HOLD": "TRANSPORT", "CARRY": "TRANSPORT", "ACT": "ACT",
+         "BACK": "PUT_BACK"}  # fmt: skip
+"""Steps of a held object to the phase that each is part of. HOLD: lifted a little and held, as
+people do who take a firmer grip or wait; neither that nor rest in the hand tells of the task."""
 NOTHING = "none of these"
 """The last of the meanings: the person does something that is no task of the model."""
 MOTION_FILE = SHARE / "models" / "motion.npz"
 RATE = 30.0
-"""Steps per second that the transitions are learned for."""
+"""Frames per second that the transitions are learned for."""
+_PHASE_OF = np.array([[float(own == phase) for phase in PHASES] for own in STEPS.values()])
 _LEAST = 1e-6
-_VERSION = 1
+_VERSION = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,18 +42,23 @@ class MotionNetwork:
     """G kinds of motion."""
     tasks: tuple[str, ...]
     """(G,) the task that each kind does; `NOTHING` for those that do none."""
+    priors: Array
+    """(G,) p(kind | task): how often a task is done so."""
     transitions: Array
-    """(G, P, P) p(phase in the next step | phase), of each kind."""
+    """(G, S, S) p(step in the next frame | step), of each kind."""
     emissions: Array
-    """(M, G, P, STATES) p(cell | kind, phase) of each measure."""
+    """(M, G, S, STATES) p(cell | kind, step) of each measure."""
     weight: float
     """Independent looks per second."""
 
     def __post_init__(self) -> None:
         """Refuse tables of other shapes or that are no probabilities."""
-        g, p = len(self.kinds), len(PHASES)
+        g, p = len(self.kinds), len(STEPS)
         if len(self.tasks) != g or self.transitions.shape != (g, p, p):
             raise ValueError(f"expected transitions ({g}, {p}, {p}), got {self.transitions.shape}")
+        same = np.equal.outer(self.tasks, self.tasks)
+        if self.priors.shape != (g,) or not np.allclose(same @ self.priors, 1.0, atol=1e-6):
+            raise ValueError(f"expected priors ({g},) that sum to one for each task")
         if self.emissions.shape != (len(MEASURES), g, p, STATES):
             raise ValueError(
                 f"expected emissions ({len(MEASURES)}, {g}, {p}, {STATES}), "
@@ -60,7 +71,7 @@ class MotionNetwork:
             raise ValueError(f"expected a weight in 0..{RATE}, got {self.weight}")
 
     def log_likelihood(self, measures: Array) -> Array:
-        """Return log p(measures | kind, phase) of one frame, (M, G, P), each measure apart."""
+        """Return log p(measures | kind, step) of one frame, (M, G, S), each measure apart."""
         cells = shares(measures)
         seen = cells.sum(axis=1)[:, None, None]
         likelihood = (self.emissions @ cells[:, None, :, None])[..., 0]
@@ -72,7 +83,8 @@ class MotionNetwork:
             path,
             {
                 "version": np.array(_VERSION), "kinds": np.array(self.kinds),
-                "tasks": np.array(self.tasks), "transitions": self.transitions,
+                "tasks": np.array(self.tasks), "priors": self.priors,
+                "transitions": self.transitions,
                 "emissions": self.emissions.astype(np.float32), "weight": np.array(self.weight),
             },
         )  # fmt: skip
@@ -85,7 +97,7 @@ class MotionNetwork:
             ValueError: if the file is no motion network.
         """
         arrays = read_arrays(path, "motion network")
-        wanted = {"version", "kinds", "tasks", "transitions", "emissions", "weight"}
+        wanted = {"version", "kinds", "tasks", "priors", "transitions", "emissions", "weight"}
         if missing := sorted(wanted - set(arrays)):
             raise ValueError(f"{path}: expected a motion network, {', '.join(missing)} missing")
         if int(arrays["version"]) != _VERSION:
@@ -93,7 +105,7 @@ class MotionNetwork:
         emissions = arrays["emissions"].astype(np.float64)
         return cls(
             tuple(map(str, arrays["kinds"])), tuple(map(str, arrays["tasks"])),
-            arrays["transitions"].astype(np.float64),
+            arrays["priors"].astype(np.float64), arrays["transitions"].astype(np.float64),
             emissions / emissions.sum(axis=-1, keepdims=True), float(arrays["weight"]),
         )  # fmt: skip
 
@@ -105,7 +117,7 @@ def shipped_motion() -> MotionNetwork:
 
 
 class MotionFilter:
-    """Forward filter over kind and phase while one object is held."""
+    """Forward filter over kind and step while one object is held."""
 
     def __init__(self, network: MotionNetwork, tasks: tuple[str, ...]) -> None:
         """Begin before any motion is seen.
@@ -119,11 +131,13 @@ class MotionFilter:
         own = np.array([[task == meaning for task in network.tasks] for meaning in self._meanings])
         # A task that no motion is known for, and kinds of tasks that nobody asks for, say nothing.
         own[~own.any(axis=1)] = True
-        self._own = own
-        start = np.zeros((len(network.kinds), len(PHASES)))
+        weights = own * network.priors
+        self._own = weights / weights.sum(axis=1, keepdims=True)
+        """(T + 1, G) p(kind | meaning)."""
+        start = np.zeros((len(network.kinds), len(STEPS)))
         start[:, 0] = 1.0
         self._belief = start
-        """(G, P) p(phase | kind, frames so far)."""
+        """(G, S) p(step | kind, frames so far)."""
         self._scores = np.zeros(len(network.kinds))
         self._moved = np.zeros((len(MEASURES), len(network.kinds)))
         self._last: float | None = None
@@ -146,19 +160,19 @@ class MotionFilter:
 
     @property
     def log_evidence(self) -> Array:
-        """(T + 1,) log p(motion | task) up to a constant; the kinds of one task weigh alike."""
+        """(T + 1,) log p(motion | task) up to a constant."""
         return self._by_meaning(self._scores)
 
     @property
-    def phase(self) -> Array:
-        """(G, P) p(phase | kind, motion so far)."""
+    def steps(self) -> Array:
+        """(G, S) p(step | kind, motion so far)."""
         return self._belief
 
     def phases(self, meaning: Array) -> Array:
         """Return p(phase) (P,) where the meanings have probabilities (T + 1,)."""
         weights = np.exp(self._scores - self._scores.max())[None] * self._own
         weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), 1e-300)
-        return np.asarray((meaning @ weights) @ self._belief)
+        return np.asarray((meaning @ weights) @ self._belief @ _PHASE_OF)
 
     def moved(self) -> dict[str, Array]:
         """Return by measure how far it moved the log-odds (T + 1,) of each meaning so far."""
@@ -171,5 +185,4 @@ class MotionFilter:
     def _by_meaning(self, scores: Array) -> Array:
         top = float(scores.max())
         weights = np.exp(scores - top)
-        means = (self._own @ weights) / self._own.sum(axis=1)
-        return np.asarray(np.log(np.maximum(means, 1e-300)) + top)
+        return np.asarray(np.log(np.maximum(self._own @ weights, 1e-300)) + top)

@@ -11,15 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from intent_inference.motion.measures import HeldMotion, Person
-from intent_inference.motion.motion_network import NOTHING, PHASES, RATE
+from intent_inference.motion.motion_network import NOTHING, RATE, STEPS
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import make_pose, rotation_from_vector
 
-GRASP, TRANSPORT, ACT, BACK = range(len(PHASES))
+GRASP, HOLD, CARRY, ACT, BACK = range(len(STEPS))
 _JITTER, _JITTER_TURN = 0.002, 0.02
 """Of a tracked object [m], [rad]."""
 _USUAL_PACE = -0.2
 """Logarithm of the median factor on all durations."""
+_PAUSES = 0.01
+"""So often something is lifted a little and held there before it is carried on: the grip is not
+firm yet, or somebody waits."""
+_INTO = 0.4
+"""So often what is poured into stands on the table and is known: as often it is in the other hand,
+a sink or a pot that nobody has practised with."""
 _FACING = 0.4
 """Error of the direction away from the person, as a forearm tells it [rad]."""
 
@@ -33,8 +39,8 @@ class Motion:
     """How this person moves: the network has a component for each kind in each manner."""
     poses: Array
     """(F, 4, 4) of the object."""
-    phases: Array
-    """(F,) index of the phase."""
+    steps: Array
+    """(F,) index of the step."""
     other: Array
     """(2,) place of another object on the table [m], NaN: none."""
     facing: float
@@ -71,7 +77,7 @@ class _Stage:
             self.other = rng.uniform(0.12, 0.5) * _circle(rng)
         self.place, self.turn = np.zeros(3), np.eye(3)
         self.poses: list[Array] = []
-        self.phases: list[int] = []
+        self.steps: list[int] = []
         self.rest(rng.uniform(0.0, 0.5), GRASP)
 
     @property
@@ -99,13 +105,18 @@ class _Stage:
         """Append one frame, with the noise of a tracker."""
         noise = rotation_from_vector(self.rng.normal(0.0, _JITTER_TURN, 3))
         self.poses.append(make_pose(noise @ turn, place + self.rng.normal(0.0, _JITTER, 3)))
-        self.phases.append(phase)
+        self.steps.append(phase)
 
-    def carry(self, out: Array, tilt: Array, phase: int = TRANSPORT) -> None:
+    def carry(self, out: Array, tilt: Array, phase: int = CARRY) -> None:
         """Lift and carry to an offset (3,) with a turn, at a person's pace."""
         way = float(np.linalg.norm(out - self.place))
         seconds = self.pace * self.rng.uniform(0.45, 1.0) * (0.6 + 1.6 * way)
-        if self.rng.random() < 0.3:  # first straight up
+        if phase == CARRY and self.steps[-1] == GRASP and self.rng.random() < _PAUSES:
+            up = self.place.copy()
+            up[2] += self.size * self.rng.uniform(0.03, 0.15)
+            self.go(self.pace * self.rng.uniform(0.3, 0.8), up, self.turn, HOLD)
+            self.rest(self.rng.uniform(0.1, 1.0), HOLD)
+        elif self.rng.random() < 0.3:  # first straight up
             up = self.place.copy()
             up[2] += self.rng.uniform(0.3, 1.0) * max(out[2], 0.04)
             self.go(0.4 * seconds, up, self.turn, phase)
@@ -191,7 +202,7 @@ def _toast(s: _Stage) -> None:
 
 def _pour(s: _Stage) -> None:
     above = _place(s, (-0.12, 0.22), (-0.25, 0.30), (0.05, 0.30))
-    if s.rng.random() < 0.7:
+    if s.rng.random() < _INTO:
         s.other = above[:2] + s.rng.uniform(0.0, 0.12) * _circle(s.rng)
     s.carry(above, _tilt(s, 0, 30))
     s.go(s.pace * s.rng.uniform(0.5, 1.3), above - [0.0, 0.0, s.rng.uniform(0.0, 0.08)],
@@ -311,6 +322,9 @@ KINDS: dict[str, tuple[str, Callable[[_Stage], None]]] = {
     "lift": (NOTHING, _lift),
 }
 """Kind of motion to the task that it does and its script."""
+OFTEN = {"toast": 0.5, "inspect": 3.0, "move aside": 2.0, "put back": 2.0}
+"""How often a kind is done against the others of its task, where not once: who does no task with a
+thing looks at it, makes room or puts it back more often than others drink or raise a toast."""
 
 
 def held_motion(kind: str, rng: np.random.Generator) -> Motion:
@@ -319,5 +333,5 @@ def held_motion(kind: str, rng: np.random.Generator) -> Motion:
     KINDS[kind][1](stage)
     facing = float(rng.normal(0.0, _FACING))
     return Motion(
-        kind, stage.manner, np.array(stage.poses), np.array(stage.phases), stage.other, facing
+        kind, stage.manner, np.array(stage.poses), np.array(stage.steps), stage.other, facing
     )

@@ -1,5 +1,6 @@
 """The motion network learned from simulated motions, and how well it tells others of them."""
 
+from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
 
@@ -8,12 +9,19 @@ import numpy as np
 from intent_inference.motion.measures import CELLS, MEASURES, STATES, shares
 from intent_inference.motion.motion_network import (
     NOTHING,
-    PHASES,
     RATE,
+    STEPS,
     MotionFilter,
     MotionNetwork,
 )
-from intent_inference.workshop.acting.held_motions import GRASP, KINDS, Motion, held_motion
+from intent_inference.workshop.acting.held_motions import (
+    GRASP,
+    HOLD,
+    KINDS,
+    OFTEN,
+    Motion,
+    held_motion,
+)
 from intent_perception.basics.arrays import Array
 
 _LIFT = 0.02
@@ -35,29 +43,43 @@ def learned_motion(per_kind: int, rng: np.random.Generator) -> MotionNetwork:
 def network_of(motions: list[Motion], weight: float) -> MotionNetwork:
     """Return the network that soft counts of labelled motions give.
 
-    What rests in the hand says nothing of what is meant, so all kinds share the distributions and
-    the end of the first phase: else chance and layout would count again in every still frame.
+    What rests in the hand or is held where it was lifted to says nothing of what is meant, so all
+    kinds share the distributions and the end of these steps: else chance and layout would count
+    again in every still frame.
     """
     tasks = {_component(motion): KINDS[motion.kind][0] for motion in motions}
     kinds = tuple(tasks)
-    moves = np.full((len(kinds), len(PHASES), len(PHASES)), 1e-3)
-    moves += 0.5 * np.eye(len(PHASES))
-    counts = np.zeros((len(MEASURES), len(kinds), len(PHASES), STATES))
+    moves = np.full((len(kinds), len(STEPS), len(STEPS)), 1e-3)
+    moves += 0.5 * np.eye(len(STEPS))
+    counts = np.zeros((len(MEASURES), len(kinds), len(STEPS), STATES))
     for row, cells in enumerate(CELLS):
         counts[row, :, :, :cells] = _PSEUDO
     for motion in motions:
         kind = kinds.index(_component(motion))
-        for before, after in pairwise(motion.phases):
+        for before, after in pairwise(motion.steps):
             moves[kind, before, after] += 1.0
-        for phase, measures in zip(motion.phases, motion.measures(), strict=True):
-            counts[:, kind, phase] += shares(measures)
-    moves[:, GRASP] = moves[:, GRASP].mean(axis=0)
-    counts[:, :, GRASP] = counts[:, :, GRASP].mean(axis=1, keepdims=True)
+        for step, measures in zip(motion.steps, motion.measures(), strict=True):
+            counts[:, kind, step] += shares(measures)
+    still = [GRASP, HOLD]
+    moves[:, still] = moves[:, still].mean(axis=0)
+    counts[:, :, still] = counts[:, :, still].mean(axis=1, keepdims=True)
     return MotionNetwork(
-        kinds, tuple(tasks.values()),
+        kinds, tuple(tasks.values()), _priors(motions, tasks),
         moves / moves.sum(axis=2, keepdims=True), counts / counts.sum(axis=3, keepdims=True),
         weight,
     )  # fmt: skip
+
+
+def _priors(motions: list[Motion], tasks: dict[str, str]) -> Array:
+    """Return p(component | task): how often its kind is, and its manner within the kind."""
+    made = Counter(map(_component, motions))
+    kinds = Counter(motion.kind for motion in motions)
+    of = {_component(motion): motion.kind for motion in motions}
+    often = {own: OFTEN.get(of[own], 1.0) * made[own] / kinds[of[own]] for own in tasks}
+    whole: dict[str, float] = {}
+    for own, task in tasks.items():
+        whole[task] = whole.get(task, 0.0) + often[own]
+    return np.array([often[own] / whole[task] for own, task in tasks.items()])
 
 
 def _component(motion: Motion) -> str:

@@ -1,6 +1,6 @@
 """Command: learn the motion network from simulated motions.
 
-python -m intent_inference.train_motion --out motion.npz [--per-kind 240] [--seed 0]
+python -m intent_inference.train_motion --out motion.npz [--per-kind 720] [--seed 0]
 """
 
 import argparse
@@ -19,7 +19,7 @@ def main(arguments: list[str] | None = None) -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--out", type=output_file, required=True, help="NPZ to write")
-    parser.add_argument("--per-kind", type=int, default=240, help="motions of each kind")
+    parser.add_argument("--per-kind", type=int, default=720, help="motions of each kind")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)
     learned_motion(options.per_kind, np.random.default_rng(options.seed)).save(options.out)

@@ -1,8 +1,9 @@
 """How soon the true task is meant most: on bags, on demonstrations, on motions that do nothing.
 
-Bags go through recogniser, tracker and detector; where one ends before a second after lift-off its
-last frame counts. Of the demonstrations the grasp is the tracked one and the motion is the true one
-of the script that was filmed, with the noise of a tracker: they were filmed up to the grasp only.
+Bags go through recogniser, tracker and detector; where one ends before a second after lift-off, as
+those in git do, its last frame counts. Of the demonstrations the grasp is the tracked one and the
+motion is the true one of the script that was filmed, which goes on until more than a second after
+lift-off, with the noise of a tracker: their pictures were tracked up to the grasp only.
 """
 
 import time

@@ -1,4 +1,4 @@
-"""True motions of demonstrations, from the first touch on: they are filmed up to the grasp only."""
+"""True motions of demonstrations, from the first touch on: their pictures end at the grasp."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -32,6 +32,7 @@ from intent_tracking.workshop.person.acting.script import (
     sample_body,
     sample_spots,
 )
+from intent_tracking.workshop.person.acting.task_moves import Pace
 from intent_tracking.workshop.person.body.felt_solid import graspable
 from intent_tracking.workshop.person.body.person_arm import PersonBody
 from intent_tracking.workshop.person.body.person_hand import sample_hand
@@ -49,6 +50,8 @@ SHOWN = {
 nearly every grasp affords is shown less often."""
 TIMES = 6
 """Demonstrations of one object by one person."""
+_PACE = Pace(go_on=21)
+"""The motion goes on until more than a second after lift-off."""
 _STRETCH = 0.15
 _SPACING = 0.0032
 """Grid in which a person's skin is meshed: two pixels of the picture [m]."""
@@ -91,7 +94,7 @@ def showing(seed: int) -> Showing:
     task, reach = lesson.reaches[seed % TIMES]
     rng = np.random.default_rng([seed, 20_000])
     act = Act(lesson.model.name, task)
-    scenario = Scenario("demonstration", (act,), side=lesson.skin.hand.side)
+    scenario = Scenario("demonstration", (act,), side=lesson.skin.hand.side, pace=_PACE)
     models = {lesson.model.name: lesson.model}
     script = enact(scenario, models, lesson.body, [lesson.taker], [reach], rng)
     labels = true_labels(lesson.target, reach.grasp)

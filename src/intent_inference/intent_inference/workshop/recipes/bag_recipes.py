@@ -19,13 +19,15 @@ class BagRecipe:
 
 _BRISK = Pace(reach=24, approach=7, close=7, hold=12, task=24)
 """For the bags that are committed: fewer frames, fewer megabytes."""
+_WHOLE = Pace(go_on=21)
+"""Filmed on until more than a second after lift-off."""
 
 
 def _one(
     name: str, model: str, task: str, others: tuple[str, ...], seed: int, *, side: str = "right",
     hesitate: int = 0, pass_by: bool = False, own: bool = False, pace: Pace | None = None,
 ) -> BagRecipe:  # fmt: skip
-    scenario = Scenario(name, (Act(model, task),), others, side, hesitate, pass_by, pace or Pace())
+    scenario = Scenario(name, (Act(model, task),), others, side, hesitate, pass_by, pace or _WHOLE)
     return BagRecipe(scenario, seed, (model,) if own else ())
 
 
@@ -45,7 +47,7 @@ RECIPES = (
     _one("give_screwdriver", "screwdriver_0", "hand-over", ("bottle_1",), 23),
     _one("pour_bottle_left", "bottle_2", "pouring", ("mug_1", "book"), 24, side="left", hesitate=6),
     BagRecipe(Scenario("pour_then_give", (Act("bottle_3", "pouring"), Act("glass_1", "hand-over")),
-                    ("ball",), pace=Pace(20, 0, 7, 6, 12, 12)), 25),
+                    ("ball",), pace=Pace(20, 0, 7, 6, 12, 12, go_on=30)), 25),
     BagRecipe(Scenario("no_grasp", (Act("bottle_4", "pouring", grasped=False),
                                  Act("mug_5", "pouring", grasped=False)), ("can",)), 26),
     _one("unknown_object", "toy_car", "hand-over", ("bottle_6", "glass_5"), 27),

@@ -9,7 +9,13 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import inverse, make_pose, rotation_from_vector
 from intent_perception.objects.database import ObjectModel
-from intent_tracking.workshop.person.acting.hand_motion import Choreography, HandMotion, mirrored
+from intent_tracking.workshop.person.acting.going_on import (
+    Going,
+    Obstacle,
+    filmed_on,
+    in_mirror,
+)
+from intent_tracking.workshop.person.acting.hand_motion import Choreography, HandMotion
 from intent_tracking.workshop.person.acting.person_grasp import OPEN, Grasp, Taker
 from intent_tracking.workshop.person.acting.reaching import Reach, plan_reaches, preference
 from intent_tracking.workshop.person.acting.task_moves import (
@@ -136,7 +142,7 @@ def enact(
     chosen = [models[act.object] for act in scenario.acts]
     rest = np.array([reach.T_table_object for reach in reaches])
     stage = Choreography(home(body), OPEN["power"], rest, rng)
-    stables = _play(stage, scenario, takers, reaches, body, rng)
+    stables, ends = _play(stage, scenario, takers, reaches, body, rng)
     motion = stage.motion(rng.uniform(0.7, 1.3))
     touches = tuple(
         _first_touch(taker, motion, index, stage_stable)
@@ -146,21 +152,30 @@ def enact(
     elbows, shoulders = body.arms(motion.hands)
     wrists = np.array([wrist_turn(T, e) for T, e in zip(motion.hands, elbows, strict=True)])
     grips = [r.grasp.T_object_hand for r, s in zip(reaches, stables, strict=True) if s is not None]
-    hands, objects, grip = motion.hands, motion.objects, np.array(grips).reshape(-1, 4, 4)
+    grip = np.array(grips).reshape(-1, 4, 4)
+    shown = Going(motion.hands, motion.angles, wrists, elbows, shoulders, motion.objects)
+    own = shown
     if scenario.side == "left":
-        hands, objects = mirrored(hands), mirrored(objects)
-        swap = np.array([-1.0, 1.0, 1.0])
-        elbows, shoulders = elbows * swap, shoulders * swap
-        flip = np.diag([1.0, -1.0, 1.0, 1.0])
+        own, flip = in_mirror(shown), np.diag([1.0, -1.0, 1.0, 1.0])
         grip = flip @ grip @ flip
-    swept = _swept(hands, elbows, objects, chosen)
+    swept = _swept(own.hands, own.elbows, own.objects, chosen)
     others = [models[name] for name in scenario.others]
-    placed = _place_others(others, swept, objects[0], chosen, rng)
-    still = np.tile(np.array(placed).reshape(1, -1, 4, 4), (len(hands), 1, 1, 1))
+    placed = _place_others(others, swept, own.objects[0], chosen, rng)
+    late = np.zeros(len(stables), dtype=np.int64)
+    if scenario.pace.go_on:
+        tasks = [act.task for act in scenario.acts]
+        stand = _obstacles(others, placed, scenario.side)
+        further = rng.spawn(1)[0]  # what is drawn here moves nothing that is drawn elsewhere
+        parts, late = filmed_on(shown, ends, tasks, scenario.pace, body, stand, further)
+        own = in_mirror(parts) if scenario.side == "left" else parts
+    still = np.tile(np.array(placed).reshape(1, -1, 4, 4), (len(own.hands), 1, 1, 1))
+    acted = [n for n, stable in enumerate(stables) if stable is not None]
     return Script(
-        hands, motion.angles, wrists, elbows, shoulders, np.concatenate([objects, still], axis=1),
-        (*chosen, *others), body.edge, tuple(s for s in stables if s is not None), touches, grip,
-        tuple(r.grasp for r, s in zip(reaches, stables, strict=True) if s is not None),
+        own.hands, own.angles, own.wrists, own.elbows, own.shoulders,
+        np.concatenate([own.objects, still], axis=1), (*chosen, *others), body.edge,
+        tuple(int(s + late[n]) for n, s in enumerate(stables) if s is not None),
+        tuple(int(touch + late[n]) for touch, n in zip(touches, acted, strict=True)), grip,
+        tuple(reaches[n].grasp for n in acted),
     )  # fmt: skip
 
 
@@ -187,11 +202,15 @@ def sample_spots(count: int, rng: np.random.Generator) -> Array:
 def _play(
     stage: Choreography, scenario: Scenario, takers: list[Taker], reaches: list[Reach],
     body: PersonBody, rng: np.random.Generator,
-) -> list[int | None]:  # fmt: skip
-    """Append all acts; return the frame of each stable grasp, None for an act without one."""
+) -> tuple[list[int | None], list[int | None]]:  # fmt: skip
+    """Append all acts; return the frames in which grasps are stable and their tasks have begun.
+
+    Both are None for an act without a grasp.
+    """
     pace = replace(scenario.pace, hesitate=scenario.hesitate)
     stage.wait(9)
     stables: list[int | None] = []
+    ends: list[int | None] = []
     if scenario.pass_by:
         beside = reaches[0].T_table_pregrasp.copy()
         beside[:3, 3] += [rng.uniform(0.09, 0.13), rng.uniform(-0.08, -0.03), 0.10]
@@ -204,13 +223,24 @@ def _play(
             stage.wait(10)
             stage.close(6, reach.grasp.open_angles)
             stables.append(None)
+            ends.append(None)
             continue
         stables.append(take_and_use(stage, taker, reach, index, act.task, pace, body, rng))
+        ends.append(stage.frame)
         if index + 1 < len(scenario.acts):
             put_back(stage, reach, index, pace)
     if stables[-1] is None:
         leave(stage, OPEN["power"], body, pace.reach)
-    return stables
+    return stables, ends
+
+
+def _obstacles(others: list[ObjectModel], placed: list[Array], side: str) -> list[Obstacle]:
+    """Return what stands on the table as the right hand would meet it."""
+    swap = np.array([-1.0, 1.0]) if side == "left" else np.ones(2)
+    return [
+        (pose[:2, 3] * swap, _radius(model, pose), _top(model, pose))
+        for model, pose in zip(others, placed, strict=True)
+    ]
 
 
 def _first_touch(taker: Taker, motion: HandMotion, index: int, stable: int) -> int:

@@ -27,6 +27,13 @@ class Pace:
     task: int = 24
     keep: int = 0
     """Frames for which the object is held where the task has brought it."""
+    go_on: int = 0
+    """Frames for which the task goes on after its beginning, see `going_on`."""
+
+    @property
+    def begun(self) -> float:
+        """Share of the task's way that its beginning goes: less in less time."""
+        return min(1.0, max(2, self.task // 6) / 4.0)
 
 
 def take_and_use(
@@ -134,11 +141,11 @@ def _perform(
     """Append the lift and the beginning of the task."""
     grip = reach.grasp.T_object_hand
     k = max(2, pace.task // 6)
-    vary = rng.uniform(0.85, 1.15) * min(1.0, k / 4.0)  # less time, less of the task
+    vary = rng.uniform(0.85, 1.15) * pace.begun
     deg = np.pi / 180.0
 
     def go(frames: int, shift: tuple[float, float, float], *turns: tuple[int, float]) -> None:
-        target = _moved(stage.objects[index], stage.hand, np.array(shift) * vary, turns)
+        target = moved(stage.objects[index], stage.hand, np.array(shift) * vary, turns)
         stage.carry(frames, index, target, grip)
 
     if task == "pouring":
@@ -158,7 +165,7 @@ def _perform(
         go(k, (0.0, -0.05, -0.05), (2, 45.0 * deg * vary))
 
 
-def _moved(
+def moved(
     T_object: Array, T_hand: Array, shift: Array, turns: tuple[tuple[int, float], ...]
 ) -> Array:
     """Return the object shifted [m] and turned about the hand's axes through the palm (4, 4)."""
