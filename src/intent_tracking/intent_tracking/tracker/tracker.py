@@ -317,15 +317,14 @@ class Tracker:
             self._side = self._hypotheses[0].track.hand.side
 
     def _search(self, frame: RgbdFrame, complete: bool) -> bool:
-        """Look for a hand; return whether there is anything like one.
-
-        By depth alone where networks overlook what moves, and else once the objects are complete.
-        """
+        """Look for a hand; return whether there is anything like one."""
         moment = self._moment(frame)
         found = self._source.seen(moment)
         visible = bool(found)
         turn = complete and self._frames % self.config.search_period == 0
-        due = self._watch.overlooked if self._watch.moving else turn
+        # By depth alone where networks overlook what moves or have lost a hand.
+        sought = self._watch.overlooked or self._watch.ever
+        due = sought if self._watch.moving else turn
         if not found and (self._watch.trouble or (due and not self._hurried)):
             found, visible = self._source.found(moment)
         self._hypotheses = sorted(found, key=self._source.judge.rank)
