@@ -8,6 +8,7 @@ but plain grey of 16 bits.
 
 import struct
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,6 @@ MOST_PIXELS = 50_000_000
 _PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG = b"\xff\xd8"
 _JPEG_END = b"\xff\xd9"
-_PNG_LENGTH = struct.Struct(">I")
 _PNG_SIZE = struct.Struct(">II")
 _PNG_HEADER = struct.Struct(">IIBBBBB")
 _PLAIN = 16, 0, 0, 0, 0
@@ -83,17 +83,12 @@ def rehearse_depth() -> None:
 
 def _plain_image(data: bytes) -> NDArray[np.uint16] | None:
     """Return the values (H, W) of plain grey of 16 bits; None where it is anything else."""
-    packed: list[bytes] = []
+    if not data.startswith(_PNG):
+        return None
+    packed: list[memoryview] = []
     width = height = 0
-    place = len(_PNG)
-    while place + 12 <= len(data):
-        length, kind = _CHUNK.unpack_from(data, place)
-        content = data[place + 8 : place + 8 + length]
-        end = place + 8 + length
-        stated = int.from_bytes(data[end : end + 4], "big")
-        if end + 4 > len(data) or zlib.crc32(content, zlib.crc32(kind)) != stated:
-            return None  # OpenCV's way says what is wrong
-        if kind == b"IHDR" and length == _PNG_HEADER.size:
+    for kind, content in _png_chunks(data):
+        if kind == b"IHDR" and len(content) == _PNG_HEADER.size:
             width, height, *rest = _PNG_HEADER.unpack(content)
             if tuple(rest) != _PLAIN or width * height > MOST_PIXELS:
                 return None
@@ -103,7 +98,6 @@ def _plain_image(data: bytes) -> NDArray[np.uint16] | None:
             return _unpacked(b"".join(packed), int(height), int(width))
         elif not kind[0] & 0x20:  # another chunk that must be understood
             return None
-        place = end + 4
     return None
 
 
@@ -147,7 +141,8 @@ def write_picture(path: Path | str, image: NDArray[Any], quality: int = 95) -> N
 def _claimed_size(data: bytes) -> tuple[int, int]:
     """Return the rows and columns that the header of an image states, if the image is whole."""
     if data.startswith(_PNG) and len(data) > 24:
-        _check_png(data)
+        for _ in _png_chunks(data):
+            pass  # each is held against its checksum
         width, height = _PNG_SIZE.unpack_from(data, 16)
         return int(height), int(width)
     if data.startswith(_JPEG):
@@ -157,18 +152,23 @@ def _claimed_size(data: bytes) -> tuple[int, int]:
     raise ValueError(f"expected a JPEG or PNG image, cannot decode {len(data)} bytes")
 
 
-def _check_png(data: bytes) -> None:
-    """Refuse a PNG of which a part does not fit its checksum: decoders show what they can."""
-    place = len(_PNG)
+def _png_chunks(data: bytes) -> Iterator[tuple[bytes, memoryview]]:
+    """Yield kind and content of the chunks of a PNG, up to its end.
+
+    Raises:
+        ValueError: where a chunk does not fit its checksum (decoders show what they can), or where
+            the end is missing.
+    """
+    place, view = len(_PNG), memoryview(data)
     while place + 12 <= len(data):
-        (length,) = _PNG_LENGTH.unpack_from(data, place)
+        length, kind = _CHUNK.unpack_from(data, place)
         end = place + 8 + length
         if end + 4 > len(data):
             break
-        (stated,) = _PNG_LENGTH.unpack_from(data, end)
-        if zlib.crc32(memoryview(data)[place + 4 : end]) != stated:
+        if zlib.crc32(view[place + 4 : end]) != int.from_bytes(view[end : end + 4], "big"):
             raise ValueError("expected a PNG image, its checksum does not fit (damaged)")
-        if data[place + 4 : place + 8] == b"IEND":
+        yield kind, view[place + 8 : end]
+        if kind == b"IEND":
             return
         place = end + 4
     raise ValueError("expected a whole PNG image, this one is cut off")

@@ -105,7 +105,8 @@ class HandReader:
         self._config = config or HandReaderConfig()
         self._palms = PalmNetwork(f"palm_detection_{self._config.palm_network}")
         self._landmarks = LandmarkNetwork(f"hand_landmark_{self._config.landmark_network}")
-        self._careful = LandmarkNetwork("hand_landmark_full")
+        both = self._config.landmark_network == "full"
+        self._careful = self._landmarks if both else LandmarkNetwork("hand_landmark_full")
         self.reset()
 
     def reset(self) -> None:

@@ -110,10 +110,7 @@ def figures(outcomes: Sequence[BagOutcome]) -> dict[str, Any]:
 
 
 def _percentiles(heard: Sequence[Heard]) -> tuple[float | None, float | None]:
-    """Return median and 95 % of the latencies [ms]; None where no frame was heard.
-
-    The probe may come to hear the camera only after a short bag has ended.
-    """
+    """Return median and 95 % of the latencies [ms]; None where no frame was answered."""
     latency = [t for one in heard for t in one.latencies()]
     if not latency:
         return None, None

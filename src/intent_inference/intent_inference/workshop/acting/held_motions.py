@@ -86,11 +86,11 @@ class _Stage:
         pace = "quick" if self.pace < np.exp(_USUAL_PACE) else "slow"
         return f"{'steady' if self.steady else 'turning'}, {pace}"
 
-    def rest(self, seconds: float, phase: int) -> None:
+    def rest(self, seconds: float, step: int) -> None:
         """Stay for so long."""
-        self.go(seconds * self.pace, self.place, self.turn, phase)
+        self.go(seconds * self.pace, self.place, self.turn, step)
 
-    def go(self, seconds: float, place: Array, turn: Array, phase: int) -> None:
+    def go(self, seconds: float, place: Array, turn: Array, step: int) -> None:
         """Move smoothly to a place and turn."""
         frames = max(1, round(seconds * RATE))
         start, first = self.place.copy(), self.turn.copy()
@@ -98,20 +98,20 @@ class _Stage:
         for k in range(1, frames + 1):
             s = k / frames
             s = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
-            self.put(start + s * (place - start), rotation_from_vector(s * way) @ first, phase)
+            self.put(start + s * (place - start), rotation_from_vector(s * way) @ first, step)
         self.place, self.turn = np.asarray(place, dtype=np.float64), turn
 
-    def put(self, place: Array, turn: Array, phase: int) -> None:
+    def put(self, place: Array, turn: Array, step: int) -> None:
         """Append one frame, with the noise of a tracker."""
         noise = rotation_from_vector(self.rng.normal(0.0, _JITTER_TURN, 3))
         self.poses.append(make_pose(noise @ turn, place + self.rng.normal(0.0, _JITTER, 3)))
-        self.steps.append(phase)
+        self.steps.append(step)
 
-    def carry(self, out: Array, tilt: Array, phase: int = CARRY) -> None:
+    def carry(self, out: Array, tilt: Array, step: int = CARRY) -> None:
         """Lift and carry to an offset (3,) with a turn, at a person's pace."""
         way = float(np.linalg.norm(out - self.place))
         seconds = self.pace * self.rng.uniform(0.45, 1.0) * (0.6 + 1.6 * way)
-        if phase == CARRY and self.steps[-1] == GRASP and self.rng.random() < _PAUSES:
+        if step == CARRY and self.steps[-1] == GRASP and self.rng.random() < _PAUSES:
             up = self.place.copy()
             up[2] += self.size * self.rng.uniform(0.03, 0.15)
             self.go(self.pace * self.rng.uniform(0.3, 0.8), up, self.turn, HOLD)
@@ -119,8 +119,8 @@ class _Stage:
         elif self.rng.random() < 0.3:  # first straight up
             up = self.place.copy()
             up[2] += self.rng.uniform(0.3, 1.0) * max(out[2], 0.04)
-            self.go(0.4 * seconds, up, self.turn, phase)
-        self.go(seconds, out, tilt, phase)
+            self.go(0.4 * seconds, up, self.turn, step)
+        self.go(seconds, out, tilt, step)
 
     def swing(self, seconds: float, way: Array, turn: Array, rate: float) -> None:
         """Oscillate by a way (3,) [m] and a turn (3,) [rad] about where it is."""

@@ -35,20 +35,20 @@ Obstacle = tuple[Array, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Going:
-    """F frames of a person and what is carried, of a right hand, table frame."""
+    """F frames of a person and what is carried, in the table frame."""
 
     hands: Array
-    """(F, 4, 4)."""
+    """(F, 4, 4) T_table_hand."""
     angles: Array
-    """(F, 20) [rad]."""
+    """(F, 20) joint angles [rad]."""
     wrists: Array
-    """(F, 3) [rad]."""
+    """(F, 3) turn of the forearm against the right hand [rad]."""
     elbows: Array
     """(F, 3) [m]."""
     shoulders: Array
     """(F, 3) [m]."""
     objects: Array
-    """(F, N, 4, 4)."""
+    """(F, N, 4, 4) T_table_object."""
 
 
 def in_mirror(motion: Going) -> Going:
@@ -67,7 +67,7 @@ def filmed_on(
     """Return the motion in which every task goes on, and how many frames later each act begins.
 
     Args:
-        shown: of D acts, F frames.
+        shown: of D acts, F frames, of a right hand.
         ends: (D,) frame in which the beginning of each task has ended; None: nothing was taken.
         tasks: (D,).
         pace: `go_on` frames are put in for each.

@@ -65,21 +65,9 @@ class Scenario:
 
 
 @dataclass(frozen=True, eq=False)
-class Script:
+class Script(Going):
     """F frames of a demonstration in the table frame, on the demonstrator's own side."""
 
-    hands: Array
-    """(F, 4, 4) T_table_hand."""
-    angles: Array
-    """(F, 20) joint angles [rad]."""
-    wrists: Array
-    """(F, 3) turn of the forearm against the right hand [rad]."""
-    elbows: Array
-    """(F, 3) [m]."""
-    shoulders: Array
-    """(F, 3) [m]."""
-    objects: Array
-    """(F, N, 4, 4) T_table_object."""
     models: tuple[ObjectModel, ...]
     """The N objects: those of the acts, then the others."""
     edge: float
