@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats, set_bits
 from intent_perception.basics.kernels import kernel
-from intent_perception.geometry.rasterizer import NOTHING, rasterize
+from intent_perception.geometry.rasterizer import rasterize
 from intent_perception.geometry.transforms import look_at
 from intent_perception.objects.database import ObjectModel
 
@@ -87,7 +87,7 @@ def _visibility(
     vertices = model.mesh.vertices * scale
     away = np.array([0.0, 0.0, distance * scale])
     for bit, (direction, turn) in enumerate(zip(view_directions(), _view_turns(), strict=True)):
-        depth = np.full((_VIEW_PIXELS, _VIEW_PIXELS), NOTHING, np.float32)
+        depth = np.empty((_VIEW_PIXELS, _VIEW_PIXELS), np.float32)
         rasterize((vertices @ turn + away).astype(np.float32), model.mesh.faces, intrinsics, depth)
         camera_points = (points * scale) @ turn + away
         pixel = np.rint(camera_points[:, :2] / camera_points[:, 2:] * focal + center).astype(int)

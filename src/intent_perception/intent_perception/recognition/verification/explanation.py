@@ -66,16 +66,19 @@ def draw(
     intrinsics: Floats,
     height: int,
     width: int,
+    stride: int = 1,
 ) -> tuple[int, int, Floats]:
-    """Return left, top and depth (h, w) of the window of a drawn model."""
+    """Return left, top and depth (h, w) of the window of a drawn model, of each stride-th pixel."""
     moved = np.empty((len(vertices), 3), np.float32)
     left, top, right, bottom = window_of(pose, vertices, intrinsics, height, width, moved)
     if right <= left or bottom <= top:
         return 0, 0, np.empty((0, 0), np.float32)
-    depth = np.full((bottom - top, right - left), NOTHING, np.float32)
+    rows, columns = (bottom - top + stride - 1) // stride, (right - left + stride - 1) // stride
+    depth = np.empty((rows, columns), np.float32)
     shifted = intrinsics.copy()
     shifted[2] -= left
     shifted[3] -= top
+    shifted /= np.float32(stride)
     rasterize(moved, faces, shifted, depth)
     return left, top, depth
 
@@ -187,19 +190,19 @@ def settle(  # noqa: PLR0915 (one kernel)
     jacobian = np.empty(6)
     center = np.empty(3)
     for tolerance in tolerances:
-        left, top, drawn = draw(pose, vertices, faces, intrinsics, height, width)
+        left, top, drawn = draw(pose, vertices, faces, intrinsics, height, width, stride)
         h, w = drawn.shape
         system = np.zeros((6, 6))
         right = np.zeros(6)
         count = 0
         for r in range(3):
             center[r] = pose[9 + r]
-        for j in range(0, h, stride):
-            for i in range(0, w, stride):
+        for j in range(h):
+            for i in range(w):
                 z = drawn[j, i]
                 if z >= NOTHING:
                     continue
-                v, u = top + j, left + i
+                v, u = top + j * stride, left + i * stride
                 q = measured[v, u]
                 if q <= 0.0 or mask[v, u] != 1 or abs(q - z) > tolerance:
                     continue
