@@ -25,6 +25,9 @@ from intent_perception.geometry.coded_images import rehearse_depth
 from intent_perception.ros.declared import declared
 from intent_perception.ros.node import IntentNode
 
+_FASTEST = 10.0
+"""Recordings are played at most so many times as fast as they were made."""
+
 
 @dataclass(frozen=True)
 class InputConfig(Checked):
@@ -44,7 +47,7 @@ class InputConfig(Checked):
     best it can is then not heard."""
     pause: float = 2.0
     """After a gap in the stamps this long everything is begun anew, as with another recording [s];
-    0.2..3600."""
+    what passed while the node was busy is no gap; 0.2..3600."""
     synchroniser: SynchroniserConfig = field(default_factory=SynchroniserConfig)
     """Which images belong together."""
 
@@ -78,6 +81,7 @@ class FrameSubscription:
         self.waited = 0.0
         """How long the newest frame lay here before it was taken [s]; 0 where nobody says so."""
         self._period, self._newest = 0, -1
+        self._taken = self._left = time.monotonic()
         self._jumps, self._two_senders = 0, False
         self._quiet_since, self._warned = time.monotonic(), False
         self.topics: list[str] = []
@@ -133,8 +137,8 @@ class FrameSubscription:
             self._start_over("the clock went back")
         if messages is None:
             return
-        gap = (messages.stamp - self._newest) / NANOSECONDS
-        if self._newest >= 0 and gap > self._config.pause:
+        gap = self._unseen(messages.stamp)
+        if gap > self._config.pause:
             self._start_over(f"nothing was seen for {gap:.1f} s")
         self.frame_id = messages.depth.header.frame_id or self.frame_id
         self._count_skipped(messages.stamp)
@@ -146,7 +150,20 @@ class FrameSubscription:
             self._node.attempt(lambda one: self._on_frame(_checked(one)), messages, header)
         else:
             self._node.acknowledge(header)
-        self._quiet_since, self._warned = time.monotonic(), False
+        self._quiet_since = self._left = time.monotonic()
+        self._warned = False
+
+    def _unseen(self, stamp: int) -> float:
+        """Return for how long nothing was seen before the frame of a stamp [s]; 0 for the first.
+
+        What the camera sent while a step ran was dropped by the queue, and counts as seen.
+        """
+        before, self._taken = self._taken, time.monotonic()
+        if self._newest < 0:
+            return 0.0
+        gap, busy = (stamp - self._newest) / NANOSECONDS, self._left - before
+        share = busy / max(self._taken - before, busy, 1e-9)
+        return gap - min(share * gap, _FASTEST * busy)
 
     def _warn_of_two_senders(self, topic: str) -> None:
         """Say once that images of two clocks come, and which are followed."""
