@@ -51,7 +51,7 @@ class SignedDistance:
         triangles = np.ascontiguousarray((mesh.triangles - origin) / spacing)
         squared = np.full(tuple(shape), _FAR, np.float32)
         nearest = np.full(tuple(shape), -1, np.int32)
-        fill_distance(triangles, squared, nearest)
+        fill_distance(triangles, mesh.faces, squared, nearest)
         signed = np.sqrt(squared) * np.where(inside_grid(triangles, shape), -spacing, spacing)
         return cls(origin, float(spacing), np.ascontiguousarray(signed, dtype=np.float32))
 
