@@ -9,7 +9,7 @@ Those four keys are enough for any mesh; the optional ones are `up`, `color`, `m
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Protocol
 
@@ -127,6 +127,10 @@ class ObjectDatabase:
         """Names of all objects, in order."""
         return tuple(model.name for model in self.models)
 
+    @cached_property
+    def _by_name(self) -> dict[str, ObjectModel]:
+        return {model.name: model for model in self.models}
+
     @property
     def example(self) -> ObjectModel:
         """The first model that comes with its boxes, else the first: little is left to compute."""
@@ -150,14 +154,13 @@ class ObjectDatabase:
         """Return the object or the estimated shape with a name."""
         if name in self.estimated:
             return self.estimated[name]
-        for model in self.models:
-            if model.name == name:
-                return model
+        if name in self._by_name:
+            return self._by_name[name]
         raise ValueError(f"expected one of {', '.join(self.names)}, got {name!r}")
 
     def __contains__(self, name: object) -> bool:
         """Return whether an object or an estimated shape has this name."""
-        return name in self.estimated or name in self.names
+        return name in self.estimated or name in self._by_name
 
     def __iter__(self) -> Iterator[ObjectModel]:
         """Go through the objects in order."""

@@ -171,6 +171,10 @@ class ObjectModel:
     def diameter(self) -> float:
         """Greatest distance between two points of the object [m]."""
         corners = self.mesh.convex_hull.vertices
+        # Of two points this far apart each is nearly as far from the middle as any.
+        far = np.linalg.norm(corners - corners.mean(axis=0), axis=1)
+        least = np.linalg.norm(corners - corners[far.argmax()], axis=1).max()
+        corners = corners[far >= (least - far.max()) * (1.0 - 1e-9)]
         squares = np.sum(corners**2, axis=1)
         distances = squares[:, None] + squares - 2.0 * corners @ corners.T
         return float(np.sqrt(max(distances.max(), 0.0)))

@@ -143,12 +143,14 @@ def link_poses(table: JointTable, joints: Array) -> Array:
     """
     joints = np.atleast_2d(np.asarray(joints, dtype=np.float64))
     poses = np.empty((len(joints), len(table.link_names), 4, 4))
+    ways = _turns(table.axes, table.ratios * joints[:, table.drivers])
+    for link in table.sliding:
+        places = table.ratios[link] * joints[:, table.drivers[link]]
+        ways[:, link] = _shifts(table.axes[link], places)
     for link, parent in enumerate(table.parents):
         pose = poses[:, parent] @ table.origins[link] if parent >= 0 else table.origins[link]
         if table.drivers[link] >= 0:
-            values = table.ratios[link] * joints[:, table.drivers[link]]
-            way = _shifts if link in table.sliding else _turns
-            pose = pose @ way(table.axes[link], values)
+            pose = pose @ ways[:, link]
         poses[:, link] = pose
     return poses
 
@@ -199,15 +201,19 @@ def _shifts(axis: Array, places: Array) -> Array:
     return shifts
 
 
-def _turns(axis: Array, angles: Array) -> Array:
-    """Return the rotations (B, 4, 4) about a unit axis by angles (B,) [rad] (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turns = np.zeros((len(angles), 4, 4))
-    turns[:, :3, :3] = (
+def _turns(axes: Array, angles: Array) -> Array:
+    """Return the rotations (B, L, 4, 4) about unit axes (L, 3) by angles (B, L) [rad] (Rodrigues).
+
+    Of a link that is not driven axis and angle mean nothing, and neither does its rotation.
+    """
+    x, y, z = axes.T
+    none = np.zeros_like(x)
+    cross = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
+    turns = np.zeros((*angles.shape, 4, 4))
+    turns[..., :3, :3] = (
         np.eye(3)
-        + np.sin(angles)[:, None, None] * cross
-        + (1.0 - np.cos(angles))[:, None, None] * (cross @ cross)
+        + np.sin(angles)[..., None, None] * cross
+        + (1.0 - np.cos(angles))[..., None, None] * (cross @ cross)
     )
-    turns[:, 3, 3] = 1.0
+    turns[..., 3, 3] = 1.0
     return turns
