@@ -27,6 +27,15 @@ def kernel(function: Callable[..., Any]) -> Any:
     return njit(fastmath=True, **_ALWAYS)(function)
 
 
+def borrowing_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function as `kernel` does that makes no array and keeps none.
+
+    Arrays in tuples and views of them then need no counting of references: two locked instructions
+    for each array of a tuple that an inner loop hands on cost more than its arithmetic.
+    """
+    return njit(fastmath=True, _nrt=False, **_ALWAYS)(function)
+
+
 def inlined_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function as `kernel` does, into each place that calls it."""
     return njit(fastmath=True, inline="always", **_ALWAYS)(function)

@@ -7,7 +7,7 @@ capsules of its finger and counts only the change of C (see `objective`) in thei
 import numpy as np
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_tracking.fit.objective import PENETRATION_WEIGHT, draw_objects, penetration, pixel_cost
 from intent_tracking.image.frame_evidence import Labelled
 from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, new_hand_buffers, place_hand
@@ -17,7 +17,7 @@ from intent_tracking.scene.raster import FAR, draw_capsule
 from intent_tracking.scene.state_layout import CAPSULES, JOINTS
 
 
-@kernel
+@borrowing_kernel
 def finger_cost(
     hand: HandArrays,
     buffers: HandBuffers,
@@ -77,19 +77,19 @@ def finger_cost(
     return total
 
 
-@kernel
+@borrowing_kernel
 def normal() -> np.float32:
     """Return a standard normal number of the compiled generator."""
     return np.float32(np.random.standard_normal())  # noqa: NPY002 (numba's own generator)
 
 
-@kernel
+@borrowing_kernel
 def between(low: np.float32, high: np.float32) -> np.float32:
     """Return a uniform number of the compiled generator."""
     return low + np.float32(np.random.random()) * (high - low)  # noqa: NPY002
 
 
-@kernel
+@borrowing_kernel
 def draw_trial(
     state: Floats, origin: Floats, limits: Floats, finger: int, trial: int, spread: np.float32
 ) -> None:

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_tracking.fit.wrenches import add_wrench
 from intent_tracking.image.frame_evidence import KeyEvidence
 from intent_tracking.scene.hand_kernel import LANDMARKS, HandBuffers
@@ -25,7 +25,7 @@ KEY_SCALE = np.float32(0.015)
 about 5 mm on real and rendered fingers and 20-40 mm on thumbs that they guess."""
 
 
-@kernel
+@borrowing_kernel
 def key_residual(
     buffers: HandBuffers, keys: KeyEvidence, rotation: Floats, j: int, point: Floats
 ) -> tuple[np.float32, np.float32]:
@@ -40,7 +40,7 @@ def key_residual(
     return point[0] - keys.rays[j, 0] * point[2], point[1] - keys.rays[j, 1] * point[2]
 
 
-@kernel
+@borrowing_kernel
 def add_keys(
     buffers: HandBuffers,
     keys: KeyEvidence,

@@ -22,7 +22,7 @@ import math
 import numpy as np
 
 from intent_perception.basics.arrays import Floats, Indices
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_tracking.fit.key_terms import add_keys
 from intent_tracking.fit.prior_terms import add_priors
 from intent_tracking.fit.wrenches import (
@@ -39,7 +39,7 @@ from intent_tracking.scene.object_kernel import ObjectArrays, distance_in_camera
 from intent_tracking.scene.state_layout import CAPSULES, HAND_SIZE, OBJECT_SIZE
 
 
-@kernel
+@borrowing_kernel
 def tile_pixel(
     x: np.float32, y: np.float32, z: np.float32, evidence: FrameEvidence
 ) -> tuple[np.float32, np.float32]:
@@ -51,7 +51,7 @@ def tile_pixel(
     return min(max(row, 1), last), min(max(column, 1), last)
 
 
-@kernel
+@borrowing_kernel
 def add_hand_points(
     hand: HandArrays,
     buffers: HandBuffers,
@@ -87,7 +87,7 @@ def add_hand_points(
     return cost
 
 
-@kernel
+@borrowing_kernel
 def add_object_points(
     objects: ObjectArrays,
     evidence: FrameEvidence,
@@ -113,7 +113,7 @@ def add_object_points(
     return cost
 
 
-@kernel
+@borrowing_kernel
 def image_residual(
     evidence: FrameEvidence,
     weights: Weights,
@@ -142,7 +142,7 @@ def image_residual(
     return np.float32(0.0), np.float32(0.0)
 
 
-@kernel
+@borrowing_kernel
 def add_hand_samples(
     hand: HandArrays,
     objects: ObjectArrays,
@@ -199,7 +199,7 @@ def add_hand_samples(
     return cost
 
 
-@kernel
+@borrowing_kernel
 def add_object_samples(
     objects: ObjectArrays,
     evidence: FrameEvidence,

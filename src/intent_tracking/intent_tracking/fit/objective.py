@@ -21,7 +21,7 @@ b = 1 where both are foreground. A model pixel behind an unknown occluder counts
 import numpy as np
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_tracking.image.frame_evidence import Labelled
 from intent_tracking.scene.hand_kernel import (
     HandArrays,
@@ -42,7 +42,7 @@ FORTH_PENETRATION_WEIGHT = np.float32(20.0)
 REST_GAP = np.float32(0.15)
 
 
-@kernel
+@borrowing_kernel
 def forth_shares(
     z: np.float32, hand_first: bool, d: np.float32, oh: np.float32, ot: np.float32
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
@@ -67,7 +67,7 @@ def forth_shares(
     )
 
 
-@kernel
+@borrowing_kernel
 def forth_sums(
     hand_depth: Floats, thing_depth: Floats, seen: Labelled, r0: int, r1: int, c0: int, c1: int
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
@@ -94,7 +94,7 @@ def forth_sums(
     return total, area, hand_and, hand_or, thing_and, thing_or
 
 
-@kernel
+@borrowing_kernel
 def forth_cost(sums: Floats) -> np.float32:
     """Return D from its six sums over the tile."""
     one, two, eps = np.float32(1.0), np.float32(2.0), np.float32(1e-6)
@@ -105,7 +105,7 @@ def forth_cost(sums: Floats) -> np.float32:
     return cost
 
 
-@kernel
+@borrowing_kernel
 def sums_above(hand_depth: Floats, thing_depth: Floats, seen: Labelled, above: Floats) -> None:
     """Write the sums of D over all rows above each row in strips of 16 columns.
 
@@ -120,7 +120,7 @@ def sums_above(hand_depth: Floats, thing_depth: Floats, seen: Labelled, above: F
                 above[row + 1, strip, n] = above[row, strip, n] + sums[n]
 
 
-@kernel
+@borrowing_kernel
 def complete_sums(
     drawn: Floats, above: Floats, r0: int, r1: int, c0: int, c1: int, sums: Floats
 ) -> None:
@@ -144,7 +144,7 @@ def complete_sums(
             sums[n] -= above[r1, strip, n] - above[r0, strip, n]
 
 
-@kernel
+@borrowing_kernel
 def finger_crossing(state: Floats) -> np.float32:
     """Return kc [rad] of a state: abduction is positive towards the thumb."""
     total = np.float32(0.0)
@@ -154,7 +154,7 @@ def finger_crossing(state: Floats) -> np.float32:
     return total
 
 
-@kernel
+@borrowing_kernel
 def penetration(
     hand: HandArrays,
     buffers: HandBuffers,
@@ -185,7 +185,7 @@ def penetration(
     return total
 
 
-@kernel
+@borrowing_kernel
 def pixel_cost(
     zh: np.float32, zt: np.float32, d: np.float32, oh: np.float32, ot: np.float32, valid: np.float32
 ) -> np.float32:
@@ -203,7 +203,7 @@ def pixel_cost(
     return cost * valid
 
 
-@kernel
+@borrowing_kernel
 def draw_objects(
     objects: ObjectArrays,
     state: Floats,
@@ -265,7 +265,7 @@ def rendered_cost(
     ) else np.float32(1.0)
 
 
-@kernel
+@borrowing_kernel
 def turn_bodies(state: Floats, base: Floats, rotations: Floats) -> None:
     """Write the rotations (1 + K, 3, 3) that the increments of a state make of `base`."""
     for body in range(base.shape[0]):

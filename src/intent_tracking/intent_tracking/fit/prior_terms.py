@@ -3,13 +3,13 @@
 import numpy as np
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel
 from intent_tracking.image.frame_evidence import Prior, Weights
 from intent_tracking.scene.posture_prior import Posture
 from intent_tracking.scene.state_layout import HAND_SIZE, JOINTS, OBJECT_SIZE
 
 
-@kernel
+@borrowing_kernel
 def add_single(
     normal: Floats, gradient: Floats, i: int, e: np.float32, w: np.float32
 ) -> np.float32:
@@ -19,7 +19,7 @@ def add_single(
     return w * e * e
 
 
-@kernel
+@borrowing_kernel
 def add_pair(
     normal: Floats,
     gradient: Floats,
@@ -39,7 +39,7 @@ def add_pair(
     return w * e * e
 
 
-@kernel
+@borrowing_kernel
 def add_posture(
     normal: Floats, gradient: Floats, state: Floats, posture: Posture, w: np.float32
 ) -> np.float32:
@@ -56,7 +56,7 @@ def add_posture(
     return cost
 
 
-@kernel
+@borrowing_kernel
 def add_priors(
     weights: Weights,
     prior: Prior,

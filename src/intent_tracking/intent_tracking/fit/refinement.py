@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_tracking.fit.normal_equations import linearize
 from intent_tracking.fit.wrenches import WRENCH
 from intent_tracking.image.frame_evidence import FrameEvidence, Prior, Weights
@@ -14,7 +14,7 @@ from intent_tracking.scene.object_kernel import ObjectArrays
 from intent_tracking.scene.state_layout import CAPSULES, HAND_SIZE, JOINTS, OBJECT_SIZE
 
 
-@kernel
+@borrowing_kernel
 def solve_damped(
     normal: Floats, gradient: Floats, damping: np.float32, lower: Floats, step: Floats
 ) -> None:
@@ -43,7 +43,7 @@ def solve_damped(
         step[i] = s / lower[i, i]
 
 
-@kernel
+@borrowing_kernel
 def apply_step(
     state: Floats,
     rotations: Floats,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from intent_perception.basics.arrays import Floats, Indices
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_tracking.fit.normal_equations import image_residual
 from intent_tracking.fit.wrenches import hand_row
 from intent_tracking.image.frame_evidence import FrameEvidence, Weights
@@ -39,7 +39,7 @@ class ShapeDirections(NamedTuple):
     """(22, 5, 3) [m]."""
 
 
-@kernel
+@borrowing_kernel
 def add_dense(
     matrix: Floats, vector: Floats, full: Floats, e: np.float32, weight: np.float32
 ) -> None:
@@ -52,7 +52,7 @@ def add_dense(
                 matrix[p, q] += w * full[q]
 
 
-@kernel
+@borrowing_kernel
 def fill_row(
     buffers: HandBuffers,
     state: Floats,

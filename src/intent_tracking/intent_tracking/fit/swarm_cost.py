@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_tracking.fit.objective import (
     FORTH_PENETRATION_WEIGHT,
     KINEMATIC_WEIGHT,
@@ -34,7 +34,7 @@ from intent_tracking.scene.raster import FAR
 from intent_tracking.scene.state_layout import CAPSULES, HAND_SIZE, OBJECT_SIZE
 
 
-@kernel
+@borrowing_kernel
 def grid_place(
     objects: ObjectArrays, k: int, r: Floats, x: np.float32, y: np.float32, z: np.float32
 ) -> tuple[np.float32, np.float32, np.float32]:
@@ -47,7 +47,7 @@ def grid_place(
     )
 
 
-@kernel
+@borrowing_kernel
 def near_penetration(
     hand: HandArrays,
     buffers: HandBuffers,
@@ -92,7 +92,7 @@ def near_penetration(
     return total
 
 
-@kernel
+@borrowing_kernel
 def image_sums(
     hand_image: Floats, thing_image: Floats, seen: Labelled, r0: int, r1: int, c0: int, c1: int
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:

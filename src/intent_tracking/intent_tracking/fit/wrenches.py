@@ -11,7 +11,7 @@ scattered ones.
 import numpy as np
 
 from intent_perception.basics.arrays import Floats, Indices
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_tracking.scene.hand_kernel import HandBuffers
 from intent_tracking.scene.state_layout import CAPSULES, FINGER_CAPSULES
 
@@ -19,7 +19,7 @@ WRENCH = 27
 """21 of the symmetric matrix (lower triangle, row by row), 6 of the vector."""
 
 
-@kernel
+@borrowing_kernel
 def add_wrench(
     bag: Floats,
     gx: np.float32,
@@ -64,7 +64,7 @@ def add_wrench(
     bag[26] += w5 * e
 
 
-@kernel
+@borrowing_kernel
 def empty_bag(bag: Floats, offset: int, normal: Floats, gradient: Floats) -> None:
     """Add a bag to the six unknowns of a body at `offset`."""
     n = 0
@@ -75,7 +75,7 @@ def empty_bag(bag: Floats, offset: int, normal: Floats, gradient: Floats) -> Non
         gradient[offset + p] -= bag[21 + p]
 
 
-@kernel
+@borrowing_kernel
 def times_bag(bag: Floats, s: Floats, out: Floats) -> None:
     """Write the bag's symmetric matrix times s (6,) into out (6,)."""
     for p in range(6):
@@ -124,7 +124,7 @@ def empty_hand(
     empty_bag(whole, 0, normal, gradient)
 
 
-@kernel
+@borrowing_kernel
 def add_row(
     normal: Floats,
     gradient: Floats,
@@ -147,7 +147,7 @@ def add_row(
                 normal[j, i] += w * row[q]
 
 
-@kernel
+@borrowing_kernel
 def hand_row(
     buffers: HandBuffers,
     state: Floats,
@@ -187,7 +187,7 @@ def hand_row(
     return count
 
 
-@kernel
+@borrowing_kernel
 def body_row(
     offset: int,
     x: np.float32,

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_tracking.scene.hand_kernel import (
     HandArrays,
     HandBuffers,
@@ -67,7 +67,7 @@ class KeyPointWeights(NamedTuple):
     """Spread of the log of the size."""
 
 
-@kernel
+@borrowing_kernel
 def key_points_of(
     hand: HandArrays,
     offsets: Array,
@@ -112,7 +112,7 @@ def key_points_of(
         jacobian[j, 0, 26], jacobian[j, 1, 26], jacobian[j, 2, 26] = hx, hy, hz
 
 
-@kernel
+@borrowing_kernel
 def _add(normal: Array, gradient: Array, row: Array, e: float, w: float) -> None:
     """Add w e^2 of a residual with derivatives `row` (27,) to the normal equations."""
     for a in range(27):
@@ -123,7 +123,7 @@ def _add(normal: Array, gradient: Array, row: Array, e: float, w: float) -> None
                 normal[a, b] += v * row[b]
 
 
-@kernel
+@borrowing_kernel
 def _add_pixels(
     target: KeyPointTarget,
     weights: KeyPointWeights,
@@ -157,7 +157,7 @@ def _add_pixels(
     return cost
 
 
-@kernel
+@borrowing_kernel
 def _add_shape(
     target: KeyPointTarget,
     weights: KeyPointWeights,
@@ -185,7 +185,7 @@ def _add_shape(
     return cost
 
 
-@kernel
+@borrowing_kernel
 def _add_depth(
     target: KeyPointTarget,
     weights: KeyPointWeights,
@@ -217,7 +217,7 @@ def _add_depth(
     return cost
 
 
-@kernel
+@borrowing_kernel
 def _add_angles(
     target: KeyPointTarget,
     weights: KeyPointWeights,
@@ -273,7 +273,7 @@ def linearize_key_points(
     return cost + _add_angles(target, weights, state, normal, gradient)
 
 
-@kernel
+@borrowing_kernel
 def _solve(normal: Array, gradient: Array, damping: float, factor: Array, step: Array) -> bool:
     """Write the damped step (27,) by Cholesky's method; return whether there is one."""
     for a in range(27):

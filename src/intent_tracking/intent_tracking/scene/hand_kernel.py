@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats, Indices
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_perception.geometry.transforms import rotation_between
 from intent_tracking.scene.hand_model import HandModel
 from intent_tracking.scene.state_layout import CAPSULES, FINGER_CAPSULES, JOINTS
@@ -87,7 +87,7 @@ def new_hand_buffers() -> HandBuffers:
     )
 
 
-@kernel
+@borrowing_kernel
 def turn(wx: np.float32, wy: np.float32, wz: np.float32, rotation: Floats, out: Floats) -> None:
     """Write exp([w]) @ rotation for a rotation vector w [rad] into out (3, 3)."""
     square = wx * wx + wy * wy + wz * wz
@@ -108,7 +108,7 @@ def turn(wx: np.float32, wy: np.float32, wz: np.float32, rotation: Floats, out: 
         out[2, j] = e20 * r0 + e21 * r1 + e22 * r2
 
 
-@kernel
+@borrowing_kernel
 def place_hand(hand: HandArrays, state: Floats, rotation: Floats, out: HandBuffers) -> None:
     """Pose the hand: `HandArrays`, state (26+,), wrist rotation (3, 3) -> `HandBuffers`.
 
@@ -174,7 +174,7 @@ def posed_landmarks(hand: HandArrays, joints: Array) -> Array:
     return landmarks
 
 
-@kernel
+@borrowing_kernel
 def nearest_capsule(
     points: Floats, ends: Floats, radii: Floats, distance: Floats, nearest: Indices
 ) -> None:

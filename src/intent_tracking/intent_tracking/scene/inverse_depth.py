@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats, Indices
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel
 from intent_tracking.scene.raster import FAR, NEAR, capsule_sides, capsule_window
 from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE
 
@@ -77,7 +77,7 @@ def larger(_typing: Any, first: Any, second: Any) -> Any:
     return types.float32(types.float32, types.float32), emit
 
 
-@kernel
+@borrowing_kernel
 def draw_capsule(
     ends: Floats,
     i: int,
@@ -101,7 +101,7 @@ def draw_capsule(
     return r0, r1, int(left), int(right) + 1
 
 
-@kernel
+@borrowing_kernel
 def fill_capsule(
     ends: Floats,
     i: int,
@@ -162,7 +162,7 @@ def fill_capsule(
                 part[j] = larger(part[j], nearer)
 
 
-@kernel
+@borrowing_kernel
 def project(
     vertices: Floats,
     rotation: Floats,
@@ -195,7 +195,7 @@ def project(
     return r0, r1, int(max(left, zero)), int(min(right, last)) + 1
 
 
-@kernel
+@borrowing_kernel
 def front_faces(
     planes: Floats,
     rotation: Floats,
@@ -222,7 +222,7 @@ def front_faces(
     return count
 
 
-@kernel
+@borrowing_kernel
 def fill_faces(
     work: Floats, faces: NDArray[np.int32], chosen: Indices, count: int, image: Floats
 ) -> None:
@@ -260,7 +260,7 @@ def fill_faces(
                     part[j] = larger(part[j], w if least >= low else zero)
 
 
-@kernel
+@borrowing_kernel
 def draw_meshes(
     meshes: MeshArrays,
     state: Floats,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_perception.geometry.mesh import Mesh
 from intent_perception.geometry.sdf import SignedDistance
 from intent_perception.objects.model import ObjectModel
@@ -114,7 +114,7 @@ def object_arrays(objects: Sequence[ObjectGeometry]) -> ObjectArrays:
     )
 
 
-@kernel
+@borrowing_kernel
 def off_grid(
     objects: ObjectArrays, k: int, x: np.float32, y: np.float32, z: np.float32
 ) -> np.float32:
@@ -135,7 +135,7 @@ def off_grid(
     return margin + beyond if beyond > zero else zero
 
 
-@kernel
+@borrowing_kernel
 def signed_distance(
     objects: ObjectArrays, k: int, x: np.float32, y: np.float32, z: np.float32, gradient: Floats
 ) -> np.float32:
@@ -177,7 +177,7 @@ def signed_distance(
     return value
 
 
-@kernel
+@borrowing_kernel
 def distance_in_camera(
     objects: ObjectArrays,
     k: int,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel
 
 FAR = np.float32(1e3)
 NEAR = np.float32(0.05)
@@ -18,7 +18,7 @@ SLACK = np.float32(0.01)
 """Rounding errors of tangents [pixels]."""
 
 
-@kernel
+@borrowing_kernel
 def tangents(
     nx: np.float32,
     ny: np.float32,
@@ -38,7 +38,7 @@ def tangents(
     return middle - reach, middle + reach
 
 
-@kernel
+@borrowing_kernel
 def capsule_box(
     ends: Floats, i: int, radius: np.float32, u0: np.float32, v0: np.float32, step: np.float32
 ) -> tuple[np.float32, np.float32, np.float32, np.float32]:
@@ -57,7 +57,7 @@ def capsule_box(
     return top, bottom, (left - u0) * pixels - SLACK, (right - u0) * pixels + SLACK
 
 
-@kernel
+@borrowing_kernel
 def capsule_window(
     ends: Floats,
     i: int,
@@ -81,7 +81,7 @@ def capsule_window(
     return r0, r1, max(left, zero), min(right, last)
 
 
-@kernel
+@borrowing_kernel
 def capsule_sides(
     ends: Floats, i: int, radius: np.float32, u0: np.float32, v0: np.float32, step: np.float32
 ) -> tuple[np.float32, np.float32, np.float32]:
@@ -103,7 +103,7 @@ def capsule_sides(
     return -ny * inverse, low, high
 
 
-@kernel
+@borrowing_kernel
 def draw_capsule(
     ends: Floats,
     i: int,
@@ -130,7 +130,7 @@ def draw_capsule(
     return r0, r1, int(left), int(right) + 1
 
 
-@kernel
+@borrowing_kernel
 def fill_capsule(
     ends: Floats,
     i: int,
@@ -189,7 +189,7 @@ def fill_capsule(
                 part[j] = min(part[j], t)
 
 
-@kernel
+@borrowing_kernel
 def project(
     vertices: Floats,
     rotation: Floats,
@@ -220,7 +220,7 @@ def project(
     return r0, r1, int(max(left, zero)), int(min(right, last)) + 1
 
 
-@kernel
+@borrowing_kernel
 def draw_mesh(
     vertices: Floats,
     faces: NDArray[np.int32],
