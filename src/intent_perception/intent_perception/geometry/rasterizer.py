@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 
 Corner = tuple[np.float32, np.float32, np.float32]
 
@@ -44,7 +44,7 @@ def rasterize(
             depth[row, column] = np.float32(1.0) / w if w > 0.0 else NOTHING
 
 
-@kernel
+@borrowing_kernel
 def _project(vertices: Floats, intrinsics: Floats, image: Floats) -> None:
     """Write column, row and 1/z of vertices (V, 3) into image (V, 3); 1/z = 0: too near."""
     fx, fy, cx, cy = intrinsics
@@ -55,12 +55,12 @@ def _project(vertices: Floats, intrinsics: Floats, image: Floats) -> None:
         image[i, 2] = w
 
 
-@kernel
+@borrowing_kernel
 def _of(image: Floats, vertex: int) -> Corner:
     return image[vertex, 0], image[vertex, 1], image[vertex, 2]
 
 
-@kernel
+@borrowing_kernel
 def _draw(a: Corner, b: Corner, c: Corner, inverse: Floats) -> None:
     """Draw a triangle of corners column, row, 1/z into an image (h, w) of 1/z."""
     height, width = inverse.shape
@@ -89,14 +89,14 @@ def _draw(a: Corner, b: Corner, c: Corner, inverse: Floats) -> None:
             inverse[row, column] = max(inverse[row, column], start + du * column)
 
 
-@kernel
+@borrowing_kernel
 def _slope(a: Corner, b: Corner) -> np.float32:
     """Return how far the edge from a to b goes to the right in a row; 0 of a level one."""
     down = b[1] - a[1]
     return (b[0] - a[0]) / down if down != 0.0 else np.float32(0.0)
 
 
-@kernel
+@borrowing_kernel
 def _cut(
     corner: Corner, slope: np.float32, down: np.float32, row: int, low: np.float32, high: np.float32
 ) -> tuple[np.float32, np.float32]:

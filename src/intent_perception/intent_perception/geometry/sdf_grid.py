@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from intent_perception.basics.arrays import Array
-from intent_perception.basics.kernels import exact_kernel, kernel
+from intent_perception.basics.kernels import borrowing_kernel, exact_kernel
 
 Indices = NDArray[np.int32]
 
@@ -35,7 +35,7 @@ def prepared(triangles: Array) -> Array:
     return np.ascontiguousarray(np.column_stack([a, u, v, uu, uv, vv, inverse]))
 
 
-@kernel
+@borrowing_kernel
 def triangle_distance(triangles: Array, f: int, x: float, y: float, z: float) -> float:
     """Return the squared distance of a point to one of the `prepared` triangles (F, 16).
 
@@ -107,7 +107,7 @@ def fill_distance(
     _choose(shapes, across_edges(faces), squared, nearest, exact, some)
 
 
-@kernel
+@borrowing_kernel
 def _fill_band(
     triangles: Array, shapes: Array, squared: NDArray[np.float32], nearest: Indices
 ) -> None:
@@ -129,7 +129,7 @@ def _fill_band(
                         nearest[i, j, k] = f
 
 
-@kernel
+@borrowing_kernel
 def _carry(shapes: Array, squared: NDArray[np.float32], nearest: Indices, beside: Indices) -> None:
     """Give every second point without a triangle that of the nearest point that has one."""
     nx, ny, nz = squared.shape
@@ -142,7 +142,7 @@ def _carry(shapes: Array, squared: NDArray[np.float32], nearest: Indices, beside
                     squared[i, j, k] = triangle_distance(shapes, f, 2 * i, 2 * j, 2 * k)
 
 
-@kernel
+@borrowing_kernel
 def _sweep(
     shapes: Array, squared: NDArray[np.float32], nearest: Indices, di: int, dj: int, dk: int
 ) -> None:
@@ -170,7 +170,7 @@ def _sweep(
                 squared[i, j, k], nearest[i, j, k] = best, own
 
 
-@kernel
+@borrowing_kernel
 def _choose(
     shapes: Array,
     across: Indices,
@@ -207,7 +207,7 @@ def _choose(
                 squared[i, j, k], nearest[i, j, k] = best, own
 
 
-@kernel
+@borrowing_kernel
 def _of_neighbours(
     shapes: Array, nearest: Indices, i: int, j: int, k: int, best: np.float32, own: np.int32
 ) -> tuple[np.float32, np.int32]:
@@ -229,7 +229,7 @@ def _of_neighbours(
     return best, own
 
 
-@kernel
+@borrowing_kernel
 def _climbed(
     shapes: Array, across: Indices, i: int, j: int, k: int, best: np.float32, own: np.int32
 ) -> tuple[np.float32, np.int32]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from intent_perception.basics.array_files import read_arrays
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_perception.basics.safe_files import write_arrays
 from intent_perception.recognition.proposal.model_surface import ModelSurface
 from intent_perception.recognition.proposal.proposal_arrays import PairArrays
@@ -143,7 +143,7 @@ class PairTable:
             raise ValueError(f"{path} is not a pair table: {error}; rebuild it") from error
 
 
-@kernel
+@borrowing_kernel
 def angle_bin(cosine: float) -> int:
     """Return the bin of the angle with this cosine."""
     angle = np.arccos(min(1.0, max(-1.0, cosine)))
@@ -203,7 +203,7 @@ def _pairs(
     return keys[:count].copy(), firsts[:count].copy(), seconds[:count].copy()
 
 
-@kernel
+@borrowing_kernel
 def is_degenerate(a: float, b: float, c: float) -> bool:
     """Return whether a pair fixes no pose well: on one plane, or with normals along its line."""
     coplanar = c > 0.985 and abs(a) < 0.15
@@ -211,7 +211,7 @@ def is_degenerate(a: float, b: float, c: float) -> bool:
     return bool(coplanar or along)
 
 
-@kernel
+@borrowing_kernel
 def pair_frame(
     point: Floats, normal: Floats, other: Floats, other_normal: Floats, frame: Floats
 ) -> bool:

@@ -8,7 +8,7 @@ image survive, so that neither a large model nor a large object starves the othe
 import numpy as np
 
 from intent_perception.basics.arrays import Floats, Indices
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_perception.recognition.proposal.pair_hash import (
     BINS,
     angle_bin,
@@ -40,7 +40,7 @@ def pair_iterations(success: float, share: float) -> int:
     return int(np.ceil(np.log1p(-success) / np.log1p(-share * _PAIR_YIELD)))
 
 
-@kernel
+@borrowing_kernel
 def transform_of_pair(
     scene_frame: Floats,
     scene_middle: Floats,
@@ -203,7 +203,7 @@ def sample_pairs(  # noqa: C901, PLR0915 (one kernel)
     return generated
 
 
-@kernel
+@borrowing_kernel
 def consider(
     rotation: Floats,
     translation: Floats,

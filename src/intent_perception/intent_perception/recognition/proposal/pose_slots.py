@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel
 from intent_perception.recognition.proposal.proposal_arrays import SlotArrays
 
 CELL = 24
@@ -54,7 +54,7 @@ class Slots:
         return np.concatenate(models), np.concatenate(poses)
 
 
-@kernel
+@borrowing_kernel
 def keep(  # noqa: C901 (one kernel)
     score: float,
     rotation: Floats,

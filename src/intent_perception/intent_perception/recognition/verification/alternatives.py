@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from intent_perception.basics.arrays import Array, Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_perception.geometry.transforms import across, rotation_from_vector
 from intent_perception.recognition.verification.explanation import draw, explain
 
@@ -136,7 +136,7 @@ def worth_of_turns(
     return worth
 
 
-@kernel
+@borrowing_kernel
 def worth_of(evidence: Floats, left: int, top: int, explained: Floats) -> float:
     """Return what evidence (h, w) of one window adds to what is explained, less that against it."""
     total = 0.0

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_perception.geometry.rasterizer import NOTHING
 
 Bytes = NDArray[np.uint8]
@@ -20,7 +20,7 @@ _REACH = 14  # how far beyond the outline the scene's surface is followed [pixel
 _STEP = 0.006  # two neighbouring pixels further apart in depth are not of one surface [m]
 
 
-@kernel
+@borrowing_kernel
 def covers(drawn: Floats, row: int, column: int) -> bool:
     """Return whether a drawn model (h, w) covers a pixel of its window or beside it."""
     height, width = drawn.shape

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_perception.geometry.rasterizer import NOTHING, rasterize
 from intent_perception.recognition.verification.alignment import move, solve_step
 
@@ -26,7 +26,7 @@ DISAGREE, RESIDUAL = 6, 7
 _MARGIN = 2
 
 
-@kernel
+@borrowing_kernel
 def window_of(
     pose: Floats, vertices: Floats, intrinsics: Floats, height: int, width: int, moved: Floats
 ) -> tuple[int, int, int, int]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Floats
-from intent_perception.basics.kernels import kernel
+from intent_perception.basics.kernels import borrowing_kernel, kernel
 
 Bytes = NDArray[np.uint8]
 
@@ -23,7 +23,7 @@ _EARLY = 14  # visible points after which a hopeless hypothesis is dropped
 _FACING = -0.1
 
 
-@kernel
+@borrowing_kernel
 def support(  # noqa: PLR0915 (one kernel)
     rotation: Floats,
     translation: Floats,
