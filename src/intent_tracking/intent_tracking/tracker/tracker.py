@@ -229,7 +229,7 @@ class Tracker:
         """Let the networks look at the hand that is followed, or at any if there is none."""
         leader = self._hypotheses[0] if self._hypotheses else None
         scene = (leader or self._still_life).track
-        centers = [scene.state.pose(1 + k)[:3, 3] for k in range(len(self._still_life.lives))]
+        centers = [scene.state.position(1 + k) for k in range(len(self._still_life.lives))]
         objects = pixels_of(frame.camera, np.reshape(centers, (-1, 3)))
         expectation = Expectation(objects=objects, hurried=self._hurried)
         if leader is not None:
