@@ -17,7 +17,7 @@ from intent_tracking.hands.hand_square import square_of_key_points
 from intent_tracking.hands.hand_watch import HandWatch
 from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.hands.seen_palm import nudged, palm_pixel, pixels_of
-from intent_tracking.image.labelling import OF_HAND
+from intent_tracking.image.pixel_kernels import OF_HAND
 from intent_tracking.scene.body_state import start_state
 from intent_tracking.scene.hand_kernel import hand_buffers
 from intent_tracking.scene.hand_model import Side
