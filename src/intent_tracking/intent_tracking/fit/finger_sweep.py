@@ -10,7 +10,13 @@ from intent_perception.basics.arrays import Floats
 from intent_perception.basics.kernels import borrowing_kernel, kernel
 from intent_tracking.fit.objective import PENETRATION_WEIGHT, draw_objects, penetration, pixel_cost
 from intent_tracking.image.frame_evidence import Labelled
-from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, new_hand_buffers, place_hand
+from intent_tracking.scene.hand_kernel import (
+    HandArrays,
+    HandBuffers,
+    new_hand_buffers,
+    place_finger,
+    place_hand,
+)
 from intent_tracking.scene.object_kernel import ObjectArrays
 from intent_tracking.scene.posture_prior import Posture
 from intent_tracking.scene.raster import FAR, draw_capsule
@@ -38,10 +44,11 @@ def finger_cost(
 ) -> np.float32:
     """Return the cost of one finger's pose relative to the scene without that finger.
 
-    rest, thing (S, S): z-buffers of the hand without the finger and of all objects; without
-    (S, S): cost of every pixel with these; own (S, S): work, `FAR` before and after.
+    Of buffers only this finger is posed anew. rest, thing (S, S): z-buffers of the hand without the
+    finger and of all objects; without (S, S): cost of every pixel with these; own (S, S): work,
+    `FAR` before and after.
     """
-    place_hand(hand, state, rotations[0], buffers)
+    place_finger(hand, state, rotations[0], finger, buffers)
     total, size = np.float32(0.0), seen.depth.shape[0]
     r0, r1, c0, c1 = size, 0, size, 0
     for i in range(3 * finger, 3 * finger + 3):
@@ -166,11 +173,10 @@ def sweep_fingers(
             if i >= 15 or i // 3 != finger:
                 draw_capsule(buffers.ends, i, hand.radii[i], rest, seen.u0, seen.v0, seen.step)
         for row in range(size):
+            cost_row, zr, zt, d = without[row], rest[row], thing[row], seen.depth[row]
+            oh, ot, valid = seen.hand[row], seen.thing[row], seen.valid[row]
             for j in range(size):
-                without[row, j] = pixel_cost(
-                    rest[row, j], thing[row, j], seen.depth[row, j], seen.hand[row, j],
-                    seen.thing[row, j], seen.valid[row, j],
-                )  # fmt: skip
+                cost_row[j] = pixel_cost(zr[j], zt[j], d[j], oh[j], ot[j], valid[j])
         trial_state[:] = state
         best = finger_cost(
             hand, buffers, objects, seen, rest, thing, without, own, trial_state, rotations, finger,

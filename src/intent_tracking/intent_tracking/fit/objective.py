@@ -226,6 +226,25 @@ def draw_objects(
     return r0, r1, c0, c1
 
 
+@borrowing_kernel
+def image_costs(
+    hand_depth: Floats, thing_depth: Floats, seen: Labelled
+) -> tuple[np.float32, np.float32, np.float32]:
+    """Return C, and the costs and the number of sure pixels where a hand is seen or drawn."""
+    one, zero = np.float32(1.0), np.float32(0.0)
+    total, own, area = zero, zero, zero
+    for row in range(hand_depth.shape[0]):
+        zh, zt, d = hand_depth[row], thing_depth[row], seen.depth[row]
+        oh, ot, valid, sure = seen.hand[row], seen.thing[row], seen.valid[row], seen.sure[row]
+        for j in range(hand_depth.shape[1]):
+            cost = pixel_cost(zh[j], zt[j], d[j], oh[j], ot[j], valid[j])
+            counts = sure[j] * (one if (zh[j] < zt[j] or oh[j] > zero) else zero)
+            total += cost
+            own += cost * counts
+            area += valid[j] * counts
+    return total, own, area
+
+
 @kernel
 def rendered_cost(
     hand: HandArrays, objects: ObjectArrays, seen: Labelled, state: Floats, rotations: Floats
@@ -243,21 +262,7 @@ def rendered_cost(
     for i in range(CAPSULES):
         draw_capsule(buffers.ends, i, hand.radii[i], hand_depth, seen.u0, seen.v0, seen.step)
     draw_objects(objects, state, rotations, seen, thing_depth, work)
-    total, own, area = np.float32(0.0), np.float32(0.0), np.float32(0.0)
-    for row in range(size):
-        for j in range(size):
-            cost = pixel_cost(
-                hand_depth[row, j],
-                thing_depth[row, j],
-                seen.depth[row, j],
-                seen.hand[row, j],
-                seen.thing[row, j],
-                seen.valid[row, j],
-            )
-            total += cost
-            if hand_depth[row, j] < thing_depth[row, j] or seen.hand[row, j] > np.float32(0.0):
-                own += cost * seen.sure[row, j]
-                area += seen.valid[row, j] * seen.sure[row, j]
+    total, own, area = image_costs(hand_depth, thing_depth, seen)
     gradient = np.empty(3, np.float32)
     inside = penetration(hand, buffers, objects, state, rotations, 0, CAPSULES, gradient)
     return total + PENETRATION_WEIGHT * inside, own / area if area > np.float32(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats
+from intent_tracking.image.pixel_kernels import bin_colors
 
 CHROMA_BINS = 24
 BRIGHTNESS_BINS = 4
@@ -55,9 +56,12 @@ class AppearanceModel:
 
         All are equal where the camera sees no colours.
         """
-        if self.blind:
-            return np.zeros((len(self._log), *bins.shape), np.float32)
-        return self._log[:, bins]
+        return self.log_table[:, bins]
+
+    @property
+    def log_table(self) -> Floats:
+        """(classes, BINS) log p(colour | class)."""
+        return np.zeros_like(self._log) if self.blind else self._log
 
     def learn(self, row: int, bins: NDArray[np.int32]) -> None:
         """Adapt the histogram of class `row` to the bins (n,) of its pixels."""
@@ -75,14 +79,10 @@ class AppearanceModel:
 
 def color_bins(color: NDArray[np.uint8]) -> NDArray[np.int32]:
     """Return the bin numbers (...) of RGB values (..., 3)."""
-    rgb = color.astype(np.float32)
-    total = rgb[..., 0] + rgb[..., 1] + rgb[..., 2] + 12.0  # dark pixels lean to grey
-    scale = CHROMA_BINS / (_HIGH - _LOW)
-    last = CHROMA_BINS - 1
-    red = np.clip(((rgb[..., 0] + 4.0) / total - _LOW) * scale, 0, last).astype(np.int32)
-    green = np.clip(((rgb[..., 1] + 4.0) / total - _LOW) * scale, 0, last).astype(np.int32)
-    light = np.minimum(total * (BRIGHTNESS_BINS / 780.0), BRIGHTNESS_BINS - 1).astype(np.int32)
-    bins: NDArray[np.int32] = (red * CHROMA_BINS + green) * BRIGHTNESS_BINS + light
+    bins = np.empty(color.shape[:-1], np.int32)
+    scale = np.float32(CHROMA_BINS / (_HIGH - _LOW))
+    flat = np.ascontiguousarray(color).reshape(-1, 3)
+    bin_colors(flat, np.float32(_LOW), scale, CHROMA_BINS, BRIGHTNESS_BINS, bins.ravel())
     return bins
 
 

@@ -17,15 +17,13 @@ from intent_tracking.image.appearance import (
     color_bins,
 )
 from intent_tracking.image.frame_evidence import FrameEvidence, Labelled
+from intent_tracking.image.pixel_kernels import OF_ARM, OF_HAND, OF_OBJECT, share_out
 from intent_tracking.image.tile import Tile
-from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers, nearest_capsule
-from intent_tracking.scene.object_kernel import ObjectArrays, object_distances
-from intent_tracking.scene.state_layout import object_start
+from intent_tracking.scene.hand_kernel import HandArrays, HandBuffers
+from intent_tracking.scene.object_kernel import ObjectArrays
 
-NOBODY, OF_HAND, OF_ARM, OF_REST, OF_OBJECT = -1, -2, -3, -4, 0
-"""Labels of pixels; active object k has label k >= 0."""
-_SPREAD = 0.012  # standard deviation of a body's surface around its prediction [m]
-_WRIST = -0.022  # points with a smaller x in the wrist frame belong to the forearm [m]
+_EVERYTHING: Array = np.array([0.0, 0.0, 0.0, 1e3])
+"""The plane of no table: everything is far above it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,50 +86,18 @@ def label_pixels(
         config: thresholds.
     """
     points, bins = tile.points, color_bins(tile.color)
-    label = np.full(tile.depth.shape, NOBODY, np.int8)
-    rest = np.abs(tile.depth - rest_depth) < config.rest_tolerance
-    label[rest] = OF_REST
-    candidate = tile.depth > 0.0
-    if table is not None:
-        height = np.tensordot(table[:3].astype(np.float32), points, 1) + np.float32(table[3])
-        candidate &= height > config.clearance
-    chosen = np.flatnonzero(candidate)
-    near = np.ascontiguousarray(points.reshape(3, -1)[:, chosen])
-    color = appearance.log_probability(bins.ravel()[chosen])
-    scores, gap = _scores(near, bodies, color, rest.ravel()[chosen], config)
-    local = bodies.rotations[0].T @ (near - bodies.state[:3, None])
-    winner = np.argmax(scores, axis=0)
-    kind = np.where(winner == 0, NOBODY, np.where(winner == 1, OF_HAND, winner - 2))
-    arm = (local[0] < _WRIST) & (np.hypot(local[1], local[2] - 0.01) < 0.07)
-    kind[arm & (local[0] > -0.30) & (kind < OF_OBJECT)] = OF_ARM
-    keep_rest = rest.ravel()[chosen] & (kind == NOBODY)
-    label.ravel()[chosen] = np.where(keep_rest, OF_REST, kind)
-    distance = np.full(tile.depth.size, np.float32(1.0))
-    distance[chosen] = gap
-    return Pixels(label, bins, points, distance.reshape(tile.depth.shape))
-
-
-def _scores(
-    near: Floats, bodies: Bodies, color: Floats, rest: NDArray[np.bool_], config: LabellingConfig
-) -> tuple[Floats, Floats]:
-    """Return the log-scores (2 + K, n) of background, hand, objects, and the hand gap (n,)."""
-    count, objects = near.shape[1], len(bodies.objects.surface)
-    gap, nearest = np.empty(count, np.float32), np.empty(count, np.float32)
-    nearest_capsule(near, bodies.buffers.ends, bodies.hand.radii, gap, nearest)
-    factor = np.float32(0.5 / _SPREAD**2)
-    scores = np.empty((2 + objects, count), np.float32)
-    scores[0] = color[BACKGROUND] - np.float32(0.5 * 2.5**2)
-    scores[0, rest] += 3.0
-    scores[1] = color[HAND] - np.minimum(gap * gap * factor, 4.5)
-    scores[1, gap > config.reach] = -1e3
-    distance, reach = np.empty(count, np.float32), np.float32(config.reach)
-    for k in range(objects):
-        origin = bodies.state[object_start(k) : object_start(k) + 3]
-        object_distances(bodies.objects, k, bodies.rotations[1 + k], *origin, near, reach, distance)
-        row = bodies.color_rows[k]
-        scores[2 + k] = color[FIRST_OBJECT + row] - np.minimum(distance * distance * factor, 4.5)
-        scores[2 + k, np.abs(distance) > config.reach] = -1e3
-    return scores, gap
+    label = np.empty(tile.depth.shape, np.int8)
+    distance = np.ones(tile.depth.shape, np.float32)
+    plane = _EVERYTHING if table is None else table
+    limits = config.reach, config.clearance, config.rest_tolerance
+    share_out(
+        bodies.hand, bodies.buffers, bodies.objects, bodies.state, bodies.rotations,
+        np.array([BACKGROUND, HAND, *(FIRST_OBJECT + row for row in bodies.color_rows)]),
+        appearance.log_table, bins.ravel(), tile.depth.ravel(), rest_depth.ravel(),
+        points.reshape(3, -1), plane.astype(np.float32),
+        tuple(np.float32(limit) for limit in limits), label.ravel(), distance.ravel(),
+    )  # fmt: skip
+    return Pixels(label, bins, points, distance)
 
 
 def evidence_of(

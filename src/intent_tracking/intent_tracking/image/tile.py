@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from intent_perception.basics.arrays import Array, Floats
 from intent_perception.geometry.camera import Camera, RgbdFrame
+from intent_tracking.image.pixel_kernels import pick_columns
 
 OUT_OF_RANGE = np.float32(10.0)
 """Depth of large areas without a measurement: there is nothing that the sensor could reach [m]."""
@@ -57,18 +58,27 @@ def cut_tile(frame: RgbdFrame, square: tuple[float, float, float], size: int) ->
     offsets = (np.arange(size) - 0.5 * (size - 1)) * stride
     columns = np.rint(column + offsets).astype(np.int64)
     rows = np.rint(row + offsets).astype(np.int64)
-    inside_columns = (columns >= 0) & (columns < camera.width)
-    inside_rows = (rows >= 0) & (rows < camera.height)
-    grid = np.ix_(np.clip(rows, 0, camera.height - 1), np.clip(columns, 0, camera.width - 1))
-    inside = inside_rows[:, None] & inside_columns
-    depth = np.where(inside, frame.depth[grid], np.float32(0.0))
+    inside = ((rows >= 0) & (rows < camera.height))[:, None]
+    inside = inside & (columns >= 0) & (columns < camera.width)
+    rows, columns = np.clip(rows, 0, camera.height - 1), np.clip(columns, 0, camera.width - 1)
+    first, last = columns[0], columns[-1] + 1
+    depth = np.empty((size, size), np.float32)
+    color = np.empty((size, size, 3), np.uint8)
+    pick_columns(
+        frame.depth[:, first:last].take(rows, axis=0),
+        frame.color[:, first:last].take(rows, axis=0),
+        columns - first,
+        depth,
+        color,
+    )
+    depth[~inside] = 0.0
     depth[_nothing(depth) & inside] = OUT_OF_RANGE
     # the rays are those of the grid, not of the nearest pixels: half a pixel of noise at most
     u0 = (column + offsets[0] - camera.cx) / camera.fx
     v0 = (row + offsets[0] - camera.cy) / camera.fy
     return Tile(
-        np.ascontiguousarray(depth, dtype=np.float32),
-        frame.color[grid],
+        depth,
+        color,
         np.float32(u0),
         np.float32(v0),
         np.float32(stride / camera.fx),

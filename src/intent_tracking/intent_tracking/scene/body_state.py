@@ -1,12 +1,12 @@
 """Position, rotation and joints of hand and objects between frames, and their prediction."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from intent_perception.basics.arrays import Array, Floats
+from intent_perception.basics.kernels import exact_kernel
 from intent_perception.geometry.transforms import (
     make_pose,
     rotation_from_vector,
@@ -64,6 +64,11 @@ class BodyState:
         rotation = self.rotations[body].astype(np.float64)
         return make_pose(orthonormal(rotation), self.values[offset : offset + 3])
 
+    def position(self, body: int) -> Array:
+        """Return the position (3,) of the hand (0) or of object body - 1 [m]."""
+        offset = 0 if body == 0 else HAND_SIZE + OBJECT_SIZE * (body - 1)
+        return self.values[offset : offset + 3].astype(np.float64)
+
     def vector(self, T_table_camera: Array) -> Array:
         """Return the contract's 26 + 6 N values in the table's frame."""
         result = self.values.astype(np.float64)
@@ -90,6 +95,8 @@ def predicted(before: BodyState, now: BodyState, damping: float) -> BodyState:
     new = now.copy()
     new.values[:] += np.float32(damping) * (now.values - before.values)
     for body in range(len(now.rotations)):
+        if np.array_equal(now.rotations[body], before.rotations[body]):
+            continue  # most objects rest
         turned = now.rotations[body].astype(np.float64) @ before.rotations[body].T
         step = rotation_from_vector(damping * vector_from_rotation(orthonormal(turned)))
         new.rotations[body] = orthonormal(step @ now.rotations[body])
@@ -98,16 +105,26 @@ def predicted(before: BodyState, now: BodyState, damping: float) -> BodyState:
 
 def orthonormal(matrix: Array) -> Array:
     """Return the rotation (3, 3) next to a nearly orthonormal matrix."""
-    first = np.ascontiguousarray(matrix[:, 0])
-    x = (first / math.sqrt(first @ first)).tolist()
-    third = np.array(_cross(x, matrix[:, 1].tolist()))
-    z = (third / math.sqrt(third @ third)).tolist()
-    return np.array(list(zip(x, _cross(z, x), z, strict=True)))
+    rotation = np.empty((3, 3))
+    _orthonormalise(np.ascontiguousarray(matrix, dtype=np.float64), rotation)
+    return rotation
 
 
-def _cross(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float]:
-    """Return a x b of two triples; for one pair `np.cross` takes many times as long."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+@exact_kernel
+def _orthonormalise(matrix: Array, rotation: Array) -> None:
+    """Write `orthonormal`; compiled, because for single matrices numpy takes long."""
+    x0, x1, x2 = matrix[0, 0], matrix[1, 0], matrix[2, 0]
+    length = math.sqrt(x0 * x0 + x1 * x1 + x2 * x2)
+    x0, x1, x2 = x0 / length, x1 / length, x2 / length
+    y0, y1, y2 = matrix[0, 1], matrix[1, 1], matrix[2, 1]
+    z0, z1, z2 = x1 * y2 - x2 * y1, x2 * y0 - x0 * y2, x0 * y1 - x1 * y0
+    length = math.sqrt(z0 * z0 + z1 * z1 + z2 * z2)
+    z0, z1, z2 = z0 / length, z1 / length, z2 / length
+    rotation[0, 0], rotation[1, 0], rotation[2, 0] = x0, x1, x2
+    rotation[0, 1] = z1 * x2 - z2 * x1
+    rotation[1, 1] = z2 * x0 - z0 * x2
+    rotation[2, 1] = z0 * x1 - z1 * x0
+    rotation[0, 2], rotation[1, 2], rotation[2, 2] = z0, z1, z2
 
 
 def _slice(k: int) -> slice:

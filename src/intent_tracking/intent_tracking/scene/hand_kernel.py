@@ -109,14 +109,56 @@ def turn(wx: np.float32, wy: np.float32, wz: np.float32, rotation: Floats, out: 
 
 
 @borrowing_kernel
+def place_finger(
+    hand: HandArrays, state: Floats, rotation: Floats, f: int, out: HandBuffers
+) -> None:
+    """Pose finger f alone, as `place_hand` poses all of the hand."""
+    x0, x1, x2 = rotation[0, 0], rotation[1, 0], rotation[2, 0]
+    y0, y1, y2 = rotation[0, 1], rotation[1, 1], rotation[2, 1]
+    z0, z1, z2 = rotation[0, 2], rotation[1, 2], rotation[2, 2]
+    q0, q1, q2 = state[0], state[1], state[2]
+    for k in range(4):
+        t = hand.translations[f, k]
+        q0 += x0 * t[0] + y0 * t[1] + z0 * t[2]
+        q1 += x1 * t[0] + y1 * t[1] + z1 * t[2]
+        q2 += x2 * t[0] + y2 * t[1] + z2 * t[2]
+        m = hand.rotations[f, k]
+        a0 = x0 * m[0, 0] + y0 * m[1, 0] + z0 * m[2, 0]
+        a1 = x1 * m[0, 0] + y1 * m[1, 0] + z1 * m[2, 0]
+        a2 = x2 * m[0, 0] + y2 * m[1, 0] + z2 * m[2, 0]
+        b0 = x0 * m[0, 1] + y0 * m[1, 1] + z0 * m[2, 1]
+        b1 = x1 * m[0, 1] + y1 * m[1, 1] + z1 * m[2, 1]
+        b2 = x2 * m[0, 1] + y2 * m[1, 1] + z2 * m[2, 1]
+        z0, z1, z2 = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
+        n = 4 * f + k
+        c, s = math.cos(state[6 + n]), math.sin(state[6 + n])
+        x0, x1, x2 = c * a0 + s * b0, c * a1 + s * b1, c * a2 + s * b2
+        y0, y1, y2 = c * b0 - s * a0, c * b1 - s * a1, c * b2 - s * a2
+        out.axes[n, 0], out.axes[n, 1], out.axes[n, 2] = z0, z1, z2
+        out.pivots[n, 0], out.pivots[n, 1], out.pivots[n, 2] = q0, q1, q2
+        if k == 0:
+            continue
+        out.landmarks[n, 0], out.landmarks[n, 1], out.landmarks[n, 2] = q0, q1, q2
+        i = 3 * f + k - 1
+        for e in range(2):
+            u, v, w = hand.ends[i, e, 0], hand.ends[i, e, 1], hand.ends[i, e, 2]
+            out.ends[i, e, 0] = x0 * u + y0 * v + z0 * w + q0
+            out.ends[i, e, 1] = x1 * u + y1 * v + z1 * w + q1
+            out.ends[i, e, 2] = x2 * u + y2 * v + z2 * w + q2
+    u, v, w = hand.tips[f, 0], hand.tips[f, 1], hand.tips[f, 2]
+    out.landmarks[4 * f + 4, 0] = x0 * u + y0 * v + z0 * w + q0
+    out.landmarks[4 * f + 4, 1] = x1 * u + y1 * v + z1 * w + q1
+    out.landmarks[4 * f + 4, 2] = x2 * u + y2 * v + z2 * w + q2
+
+
+@borrowing_kernel
 def place_hand(hand: HandArrays, state: Floats, rotation: Floats, out: HandBuffers) -> None:
     """Pose the hand: `HandArrays`, state (26+,), wrist rotation (3, 3) -> `HandBuffers`.
 
     state[3:6] is not read: the rotation is given as a matrix.
     """
-    px, py, pz = state[0], state[1], state[2]
-    landmarks = out.landmarks
-    landmarks[0, 0], landmarks[0, 1], landmarks[0, 2] = px, py, pz
+    for j in range(3):
+        out.landmarks[0, j] = state[j]
     for i in range(FINGER_CAPSULES, CAPSULES):
         for e in range(2):
             x, y, z = hand.ends[i, e, 0], hand.ends[i, e, 1], hand.ends[i, e, 2]
@@ -125,42 +167,7 @@ def place_hand(hand: HandArrays, state: Floats, rotation: Floats, out: HandBuffe
                     rotation[j, 0] * x + rotation[j, 1] * y + rotation[j, 2] * z + state[j]
                 )
     for f in range(5):
-        x0, x1, x2 = rotation[0, 0], rotation[1, 0], rotation[2, 0]
-        y0, y1, y2 = rotation[0, 1], rotation[1, 1], rotation[2, 1]
-        z0, z1, z2 = rotation[0, 2], rotation[1, 2], rotation[2, 2]
-        q0, q1, q2 = px, py, pz
-        for k in range(4):
-            t = hand.translations[f, k]
-            q0 += x0 * t[0] + y0 * t[1] + z0 * t[2]
-            q1 += x1 * t[0] + y1 * t[1] + z1 * t[2]
-            q2 += x2 * t[0] + y2 * t[1] + z2 * t[2]
-            m = hand.rotations[f, k]
-            a0 = x0 * m[0, 0] + y0 * m[1, 0] + z0 * m[2, 0]
-            a1 = x1 * m[0, 0] + y1 * m[1, 0] + z1 * m[2, 0]
-            a2 = x2 * m[0, 0] + y2 * m[1, 0] + z2 * m[2, 0]
-            b0 = x0 * m[0, 1] + y0 * m[1, 1] + z0 * m[2, 1]
-            b1 = x1 * m[0, 1] + y1 * m[1, 1] + z1 * m[2, 1]
-            b2 = x2 * m[0, 1] + y2 * m[1, 1] + z2 * m[2, 1]
-            z0, z1, z2 = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
-            n = 4 * f + k
-            c, s = math.cos(state[6 + n]), math.sin(state[6 + n])
-            x0, x1, x2 = c * a0 + s * b0, c * a1 + s * b1, c * a2 + s * b2
-            y0, y1, y2 = c * b0 - s * a0, c * b1 - s * a1, c * b2 - s * a2
-            out.axes[n, 0], out.axes[n, 1], out.axes[n, 2] = z0, z1, z2
-            out.pivots[n, 0], out.pivots[n, 1], out.pivots[n, 2] = q0, q1, q2
-            if k == 0:
-                continue
-            landmarks[n, 0], landmarks[n, 1], landmarks[n, 2] = q0, q1, q2
-            i = 3 * f + k - 1
-            for e in range(2):
-                u, v, w = hand.ends[i, e, 0], hand.ends[i, e, 1], hand.ends[i, e, 2]
-                out.ends[i, e, 0] = x0 * u + y0 * v + z0 * w + q0
-                out.ends[i, e, 1] = x1 * u + y1 * v + z1 * w + q1
-                out.ends[i, e, 2] = x2 * u + y2 * v + z2 * w + q2
-        u, v, w = hand.tips[f, 0], hand.tips[f, 1], hand.tips[f, 2]
-        landmarks[4 * f + 4, 0] = x0 * u + y0 * v + z0 * w + q0
-        landmarks[4 * f + 4, 1] = x1 * u + y1 * v + z1 * w + q1
-        landmarks[4 * f + 4, 2] = x2 * u + y2 * v + z2 * w + q2
+        place_finger(hand, state, rotation, f, out)
 
 
 def posed_landmarks(hand: HandArrays, joints: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from intent_perception.basics.arrays import Array
 from intent_perception.geometry.transforms import inverse, rotation_angle
 from intent_perception.recognition.recognizer import RecognizedObject, RecognizedObjects
-from intent_tracking.image.labelling import OF_OBJECT
+from intent_tracking.image.pixel_kernels import OF_OBJECT
 from intent_tracking.scene.body_state import BodyState
 from intent_tracking.scene.hand_kernel import HandBuffers, place_hand
 from intent_tracking.tracker.hypotheses.hypothesis import Hypothesis

@@ -16,13 +16,8 @@ from intent_tracking.fit.refinement import refine
 from intent_tracking.fit.swarm_cost import joint_costs, sums_of_nothing
 from intent_tracking.image.appearance import FIRST_OBJECT, HAND, AppearanceModel
 from intent_tracking.image.frame_evidence import KeyEvidence, Labelled, Prior
-from intent_tracking.image.labelling import (
-    OF_HAND,
-    OF_OBJECT,
-    Bodies,
-    evidence_of,
-    label_pixels,
-)
+from intent_tracking.image.labelling import Bodies, evidence_of, label_pixels
+from intent_tracking.image.pixel_kernels import OF_HAND, OF_OBJECT
 from intent_tracking.image.tile import Tile, covering_square, cut_tile
 from intent_tracking.scene.body_state import BodyState, predicted
 from intent_tracking.scene.hand_kernel import HandArrays, hand_buffers, place_hand, turn

@@ -17,7 +17,7 @@ from intent_tracking.hands.hand_square import square_of_key_points
 from intent_tracking.hands.hand_watch import HandWatch
 from intent_tracking.hands.seen_hand import PALM, SeenHand
 from intent_tracking.hands.seen_palm import nudged, palm_pixel, pixels_of
-from intent_tracking.image.labelling import OF_HAND
+from intent_tracking.image.pixel_kernels import OF_HAND
 from intent_tracking.scene.body_state import start_state
 from intent_tracking.scene.hand_kernel import hand_buffers
 from intent_tracking.scene.hand_model import Side
@@ -229,7 +229,7 @@ class Tracker:
         """Let the networks look at the hand that is followed, or at any if there is none."""
         leader = self._hypotheses[0] if self._hypotheses else None
         scene = (leader or self._still_life).track
-        centers = [scene.state.pose(1 + k)[:3, 3] for k in range(len(self._still_life.lives))]
+        centers = [scene.state.position(1 + k) for k in range(len(self._still_life.lives))]
         objects = pixels_of(frame.camera, np.reshape(centers, (-1, 3)))
         expectation = Expectation(objects=objects, hurried=self._hurried)
         if leader is not None:

@@ -53,8 +53,10 @@ def state_deviation(fit: Fit | None, active: tuple[int, ...], objects: int) -> A
     if fit is None:
         return deviation
     lower = np.tril(fit.normal.astype(np.float64))
-    matrix = lower + np.tril(lower, -1).T
-    matrix[np.diag_indices(len(matrix))] += 1e-5
+    matrix = lower + lower.T
+    diagonal = np.einsum("ii->i", matrix)  # a view
+    diagonal *= 0.5
+    diagonal += 1e-5
     sigma = point_deviation(fit.cost)
     variance = sigma**2 * np.abs(np.diag(np.linalg.inv(matrix)))
     variance[:3] += sigma**2 / PARTS
