@@ -72,7 +72,7 @@ class HypothesisJudge:
         out wrongly and cost as much as a hand in the wrong place does.
         """
         agreed = hypothesis.gap is not None and hypothesis.gap < self._config.contradiction
-        return agreed and self._watch.hand is not None
+        return agreed and self._watch.seen is not None
 
     def telling_cost(self, hypothesis: Hypothesis) -> float:
         """Return the cost below which a fit tells the hand's shape.
