@@ -40,8 +40,8 @@ _GLANCE = 6
 """Looks between two at all hands while one acts."""
 _MOVES = 0.25
 """A hand acts if something has come nearer at this share of its key points: fingers are thin."""
-_ARM_AREA, _BARE_AREA = 0.0008, 0.015
-"""Visible surface of a thing that moves from which it may be an arm with a hand, and up to which
+_ARM_AREA, _BARE_AREA = 0.0008, (0.0015, 0.015)
+"""Visible surface of a thing that moves from which it may be an arm with a hand, and within which
 it may be a hand alone [m^2]."""
 _SECOND = 4
 """Looks between two at a hand in doubt where an arm ends and where the fit is."""
@@ -271,16 +271,17 @@ class HandWatch:
         spared = expectation.hurried and self.missed == 0 and self._identity in self._acted
         arms = [] if spared else [thing for thing in self._things if thing.area > _ARM_AREA]
         regions += [end for arm in arms[:_ARMS] for end in ends_of(arm, frame.camera)]
-        free = joints is None or (not self._leader_acts and self.rests(joints))
+        rests = joints is not None and not self._leader_acts and self.rests(joints)
+        due = self._vain < _OVERLOOKED or self._looks % 2 == 0
+        free = not expectation.hurried and (joints is None or rests) and due
+        most = 1 if expectation.hurried else _REGIONS
         if free:
-            bare = [thing for thing in arms[:_ARMS] if thing.area < _BARE_AREA]
+            bare = [arm for arm in arms[:_ARMS] if _BARE_AREA[0] < arm.area < _BARE_AREA[1]]
             regions += [square for thing in bare for square in turns_of(thing, frame.camera)]
+            most = len(regions)
         view = view_of(arms[0], frame.camera) if arms else None
-        most = len(regions) if free else _REGIONS
-        most = 1 if expectation.hurried else most
-        lost = free and not expectation.hurried
-        hints = Hints(tuple(regions[:most]), view, squares, careful, lost)
-        period = 4 if expectation.hurried else 2  # both sources in every frame take too long
+        hints = Hints(tuple(regions[:most]), view, squares, careful, lost=free)
+        period = 4 if expectation.hurried else 3  # both sources in every frame take too long
         turn = not regions or self._looks % period == 0
         missed = self.missed > 0 and (self.ever or bool(self._things))
         return reader.read(frame.color, search=missed and turn, hints=hints)
