@@ -5,7 +5,7 @@ import pytest
 
 from intent_perception.geometry.camera import KINECT
 from intent_tracking.hands.hand_square import END_MARGIN
-from intent_tracking.hands.moving_arm import ends_of, view_of
+from intent_tracking.hands.moving_arm import ends_of, turns_of, view_of
 from intent_tracking.image.moving_depth import MovingThing
 
 DEPTH = 0.8
@@ -53,3 +53,13 @@ def test_the_view_holds_the_whole_arm():
     thing = arm((50, 100), (400, 300))
     view = view_of(thing, KINECT)
     assert np.all(np.abs(thing.pixels - view.center) <= 0.5 * view.side)
+
+
+def test_a_thing_without_an_arm_is_looked_at_in_four_turns_around_its_middle():
+    thing = arm((280, 240), (340, 240), 60.0)
+    squares = turns_of(thing, KINECT)
+    ups = np.array([square.rotation @ [0.0, -1.0] for square in squares])
+    np.testing.assert_allclose(ups[0] @ ups.T, [1, 0, -1, 0], atol=1e-9)
+    np.testing.assert_allclose(ups[1] @ ups.T, [0, 1, 0, -1], atol=1e-9)
+    for square in squares:
+        np.testing.assert_allclose(square.center, thing.pixels.mean(axis=0), atol=4.0)

@@ -10,7 +10,7 @@ from intent_tracking.image.moving_depth import MovingThing
 
 _NEAR = 0.6
 """A seen hand whose middle lies this near to the expected one is it [sides of its square]."""
-_OWN_ARM = 0.75
+_OWN_ARM = 0.6
 """What moves this near to the middle of a hand may be its own arm [sides of its square]."""
 _LEAST_MEASURED = 3
 """Key points with depth without which a hand is only a picture of one."""

@@ -15,6 +15,7 @@ frames after it is wholly in view, those that reach fast and blurred being the l
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -36,6 +37,8 @@ _SETTLED = 2
 """Age from which the loss of a hand calls for a search: what is gone at once was none."""
 _CHALLENGED = 0.4
 """A square this near to a hand may be read for it [sides of the square]."""
+_PLAIN = 0.9
+"""Presence of a hand from which no more squares are looked at for a better view of it."""
 _CLEARLY = 0.02
 """Merit by which another reading of a hand must be better."""
 _REACH_WORTH = 0.5
@@ -88,6 +91,8 @@ class Hints:
     """By a hand's number where to read it, instead of where its last key points were."""
     careful: frozenset[int] = frozenset()
     """Numbers of hands that are in doubt: full reads them."""
+    lost: bool = False
+    """Whether hands are looked for where they were seen last, too: what hid them goes away."""
 
 
 NO_HINTS = Hints()
@@ -145,9 +150,10 @@ class HandReader:
         self._frame += 1
         settled = {hand.identity for hand in self._hands if hand.age >= _SETTLED}
         self._follow(color, only, hints)
-        for region in hints.regions:
-            if not self._challenge(color, region):
-                self._take(color, region)
+        unknown = [region for region in hints.regions if not self._challenge(color, region)]
+        if hints.lost:
+            unknown += [hand.square for hand, _ in self._recent() if hand.age >= _SETTLED]
+        search = not self._take(color, unknown) and search
         period = self._config.second_period if self._hands else self._config.search_period
         lost = not settled <= {hand.identity for hand in self._hands}
         due = self._frame - self._searched >= period or lost
@@ -183,18 +189,27 @@ class HandReader:
         view = views[self._searches % len(views)]
         self._searches += 1
         for palm in self._palms.find(color, view, self._config.least_palm):
-            self._take(color, palm.square)
+            self._take(color, [palm.square])
 
-    def _take(self, color: ColorImage, square: HandSquare) -> None:
-        """Add the hand in a square unless there is none or it is one of the known ones."""
-        near = self._config.same_palm
-        if len(self._hands) >= self._config.hands or any(
-            _distance(square, hand.square) < near for hand in self._hands
-        ):
-            return
-        seen = self._read_twice(color, square)
-        if seen is not None and not any(self._same(seen[1], hand) for hand in self._hands):
-            self._hands = (*self._hands, self._named(*seen))
+    def _take(self, color: ColorImage, squares: Sequence[HandSquare]) -> bool:
+        """Add the hand that one of some squares shows best unless it is known; say whether."""
+        if len(self._hands) >= self._config.hands:
+            return False
+        seen = []
+        for square in squares:
+            if any(_distance(square, hand.square) < self._config.same_palm for hand in self._hands):
+                continue
+            glimpse = self._read(color, square)
+            if glimpse is not None:
+                seen.append(glimpse)
+                if glimpse[1].presence > _PLAIN:
+                    break
+        for square, _ in sorted(seen, key=lambda glimpse: -glimpse[1].presence):
+            found = self._read(color, square, self._config.careful_looks > 0)
+            if found is not None and not any(self._same(found[1], hand) for hand in self._hands):
+                self._hands = (*self._hands, self._named(*found))
+                return True
+        return False
 
     def _read_twice(
         self, color: ColorImage, square: HandSquare
@@ -223,9 +238,13 @@ class HandReader:
             return True
         return False
 
+    def _recent(self) -> list[tuple[SeenHand, int]]:
+        """Return the hands that keep their numbers although they are lost, and since when."""
+        return [one for one in self._lost if self._frame - one[1] <= self._config.memory]
+
     def _named(self, square: HandSquare, points: KeyPoints) -> SeenHand:
         """Return a found hand with the number of the one lost there, else with a new one."""
-        recent = [one for one in self._lost if self._frame - one[1] <= self._config.memory]
+        recent = self._recent()
         for one in sorted(recent, key=lambda one: _distance(one[0].square, square)):
             if _distance(one[0].square, square) < self._config.again:
                 self._lost = [other for other in recent if other is not one]
@@ -233,6 +252,10 @@ class HandReader:
         self._lost = recent
         self._next += 1
         return _seen(self._next - 1, square, points, 0)
+
+    def presence(self, color: ColorImage, square: HandSquare) -> float:
+        """Return the probability that there is a hand in a square."""
+        return self._landmarks.read(color, square).presence
 
     def _read(
         self, color: ColorImage, square: HandSquare, careful: bool = False

@@ -15,8 +15,8 @@ from intent_tracking.image.moving_depth import MovingThing
 
 _LENGTH = 0.20
 """From the fingertips what may be hand [m]."""
-_SIDE = 0.26
-"""Of the square [m]."""
+_SIDE, _BARE_SIDE = 0.26, 0.24
+"""Of the square at an end and of that around a hand alone [m]."""
 _END = 0.015
 """Of an arm, within which it is looked whether it goes on outside the image [m]."""
 _BORDER = 10.0
@@ -33,6 +33,18 @@ def ends_of(thing: MovingThing, camera: Camera) -> list[HandSquare]:
     axis = _axis(thing.pixels)[0]
     found = (_end(thing, sign * axis, middle, camera) for sign in (1.0, -1.0))
     return [square for square in found if square is not None]
+
+
+def turns_of(thing: MovingThing, camera: Camera) -> list[HandSquare]:
+    """Return squares around the middle of a thing in four turns.
+
+    A hand that comes out from behind something shows no arm, so its extent does not tell where the
+    fingers are. Over thirty films, in the second frame of a hand these show it in a half more of
+    the cases than the ends alone, in the first in twice as many.
+    """
+    side = _BARE_SIDE * camera.fx / float(np.median(thing.depth))
+    middle = np.median(thing.pixels, axis=0)
+    return [HandSquare(middle, side, 0.5 * np.pi * quarter) for quarter in range(4)]
 
 
 def view_of(thing: MovingThing, camera: Camera) -> HandSquare:

@@ -25,8 +25,8 @@ _ABSORBED = 0.002
 10 cm above a table counts for more than a second, what is put down for less."""
 _REACH = 1.6
 """Farther things are not looked at [m]."""
-_LEAST_AREA = 0.0007
-"""Visible surface below which nothing moves [m^2]: a finger."""
+_LEAST_AREA = 0.0004
+"""Visible surface below which nothing moves [m^2]: a fingertip."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ _SURE, _SURE_AGE = 0.8, 4
 """Probability of the other side, and frames since a hand is seen, from which a side is doubted."""
 _EXPLAINED = 0.15
 """Cost of a fit from which on down depth explains the hand."""
-_LEAST_LIKELY = 0.3
+_LEAST_LIKELY = 0.12
 """Probability of its side with which an old hypothesis keeps it."""
 _THIN = 3
 """Frames in a row with hardly a hand pixel after which there is no hand."""
@@ -72,7 +72,7 @@ class HypothesisJudge:
         out wrongly and cost as much as a hand in the wrong place does.
         """
         agreed = hypothesis.gap is not None and hypothesis.gap < self._config.contradiction
-        return agreed and self._watch.hand is not None
+        return agreed and self._watch.seen is not None
 
     def telling_cost(self, hypothesis: Hypothesis) -> float:
         """Return the cost below which a fit tells the hand's shape.

@@ -153,7 +153,8 @@ class HandHypotheses:
             if not comes or self._idle(palm, joints):
                 continue
             astray = GAP_COST * (hypothesis.gap or 0.0)
-            if candidate.cost + astray < limit and cost < found[0].cost + _WORTH_A_TRIAL:
+            likely = candidate.cost + astray < limit and cost < found[0].cost + _WORTH_A_TRIAL
+            if likely and not self._watch.denies(moment.frame.color, joints):
                 hypotheses.append(hypothesis)
         return hypotheses, True
 
