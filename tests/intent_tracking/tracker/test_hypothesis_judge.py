@@ -136,8 +136,8 @@ def test_a_hand_that_rests_while_something_else_moves_is_given_up_however_well_i
     assert judge_of(hand_seen(), resting=True).lost(hypothesis())
 
 
-@pytest.mark.parametrize(("right", "age", "taken"), [(0.5, 20, False), (0.2, 20, True),
-                                                     (0.5, 5, True)])  # fmt: skip
+@pytest.mark.parametrize(("right", "age", "taken"), [(0.5, 20, False), (0.2, 20, False),
+                                                     (0.1, 20, True), (0.5, 5, True)])  # fmt: skip
 def test_an_old_hand_keeps_its_side_unless_the_networks_clearly_name_the_other(right, age, taken):
     old = hypothesis("right", age=age)
     assert judge_of(hand_seen(right)).open_to(old, "left") == taken
