@@ -67,12 +67,16 @@ def test_large_areas_without_depth_are_out_of_range() -> None:
     assert np.all(tile.depth[:, 18:] == OUT_OF_RANGE)
 
 
-def test_pixels_on_the_hand_are_its_own_and_those_behind_the_wrist_the_arms() -> None:
+def hand_alone() -> Bodies:
     hand, buffers = hand_arrays(HandModel()), hand_buffers()
     state = np.zeros(26, np.float32)
     state[:3] = [-0.09, 0.0, 0.6]
     rotations = np.eye(3, dtype=np.float32)[None].copy()
     place_hand(hand, state, rotations[0], buffers)
+    return Bodies(hand, buffers, object_arrays([]), state, rotations, ())
+
+
+def test_pixels_on_the_hand_are_its_own_and_those_behind_the_wrist_the_arms() -> None:
     depth = np.full((SIZE, SIZE), 0.6, np.float32)
     tile = Tile(
         depth, np.full((SIZE, SIZE, 3), [200, 150, 130], np.uint8),
@@ -80,8 +84,7 @@ def test_pixels_on_the_hand_are_its_own_and_those_behind_the_wrist_the_arms() ->
     )  # fmt: skip
     rest = np.full((SIZE, SIZE), FAR)
     rest[-4:] = 0.6
-    bodies = Bodies(hand, buffers, object_arrays([]), state, rotations, ())
-    found = label_pixels(tile, bodies, AppearanceModel([]), rest, None, LabellingConfig())
+    found = label_pixels(tile, hand_alone(), AppearanceModel([]), rest, None, LabellingConfig())
     x, y, _ = tile.points
     arm = (x + 0.09 < -0.03) & (x + 0.09 > -0.29) & (np.abs(y) < 0.06)
     assert np.all(found.label[arm] == OF_ARM)
@@ -91,18 +94,12 @@ def test_pixels_on_the_hand_are_its_own_and_those_behind_the_wrist_the_arms() ->
 
 
 def test_what_lies_on_the_table_is_nobodys() -> None:
-    hand, buffers = hand_arrays(HandModel()), hand_buffers()
-    state = np.zeros(26, np.float32)
-    state[:3] = [-0.09, 0.0, 0.6]
-    rotations = np.eye(3, dtype=np.float32)[None].copy()
-    place_hand(hand, state, rotations[0], buffers)
     tile = Tile(
         np.full((SIZE, SIZE), 0.6, np.float32), np.zeros((SIZE, SIZE, 3), np.uint8),
         np.float32(-0.4), np.float32(-0.4), np.float32(0.8 / SIZE),
     )  # fmt: skip
-    bodies = Bodies(hand, buffers, object_arrays([]), state, rotations, ())
     plane = np.array([0.0, 0.0, -1.0, 0.601])
     rest = np.full((SIZE, SIZE), FAR)
-    found = label_pixels(tile, bodies, AppearanceModel([]), rest, plane, LabellingConfig())
+    found = label_pixels(tile, hand_alone(), AppearanceModel([]), rest, plane, LabellingConfig())
     assert np.all(found.label == NOBODY)
     assert np.all(found.hand_gap == 1.0)

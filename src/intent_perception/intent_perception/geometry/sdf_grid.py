@@ -108,6 +108,17 @@ def fill_distance(
 
 
 @borrowing_kernel
+def _nearer(
+    shapes: Array, f: np.int32, x: float, y: float, z: float, best: np.float32, own: np.int32
+) -> tuple[np.float32, np.int32]:
+    """Return squared distance and triangle of a point: its own, or triangle f if that is nearer."""
+    d = np.float32(triangle_distance(shapes, f, x, y, z))
+    if d < best:
+        return d, f
+    return best, own
+
+
+@borrowing_kernel
 def _fill_band(
     triangles: Array, shapes: Array, squared: NDArray[np.float32], nearest: Indices
 ) -> None:
@@ -164,9 +175,7 @@ def _sweep(
                     if f in (own, tried):
                         continue
                     tried = f
-                    d = np.float32(triangle_distance(shapes, f, 2 * i, 2 * j, 2 * k))
-                    if d < best:
-                        best, own = d, f
+                    best, own = _nearer(shapes, f, 2 * i, 2 * j, 2 * k, best, own)
                 squared[i, j, k], nearest[i, j, k] = best, own
 
 
@@ -199,9 +208,7 @@ def _choose(
                     if f in (own, tried):
                         continue
                     tried = f
-                    d = np.float32(triangle_distance(shapes, f, i, j, k))
-                    if d < best:
-                        best, own = d, f
+                    best, own = _nearer(shapes, f, i, j, k, best, own)
                 best, own = _of_neighbours(shapes, nearest, i, j, k, best, own)
                 best, own = _climbed(shapes, across, i, j, k, best, own)
                 squared[i, j, k], nearest[i, j, k] = best, own
@@ -223,9 +230,7 @@ def _of_neighbours(
         if f < 0 or f in (own, tried):
             continue
         tried = f
-        d = np.float32(triangle_distance(shapes, f, i, j, k))
-        if d < best:
-            best, own = d, f
+        best, own = _nearer(shapes, f, i, j, k, best, own)
     return best, own
 
 
@@ -241,9 +246,7 @@ def _climbed(
             f = across[here, n]
             if f < 0 or f == came:
                 continue
-            d = np.float32(triangle_distance(shapes, f, i, j, k))
-            if d < best:
-                best, own = d, f
+            best, own = _nearer(shapes, f, i, j, k, best, own)
         came = here
     return best, own
 

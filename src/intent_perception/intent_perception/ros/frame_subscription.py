@@ -81,9 +81,9 @@ class FrameSubscription:
         self.waited = 0.0
         """How long the newest frame lay here before it was taken [s]; 0 where nobody says so."""
         self._period, self._newest = 0, -1
-        self._taken = self._left = time.monotonic()
         self._jumps, self._two_senders = 0, False
-        self._quiet_since, self._warned = time.monotonic(), False
+        self._taken = self._quiet_since = time.monotonic()
+        self._warned = False
         self.topics: list[str] = []
         self.frame_id = "camera_color_optical_frame"
         add, config = self.synchroniser, self._config
@@ -150,8 +150,7 @@ class FrameSubscription:
             self._node.attempt(lambda one: self._on_frame(_checked(one)), messages, header)
         else:
             self._node.acknowledge(header)
-        self._quiet_since = self._left = time.monotonic()
-        self._warned = False
+        self._quiet_since, self._warned = time.monotonic(), False
 
     def _unseen(self, stamp: int) -> float:
         """Return for how long nothing was seen before the frame of a stamp [s]; 0 for the first.
@@ -161,7 +160,7 @@ class FrameSubscription:
         before, self._taken = self._taken, time.monotonic()
         if self._newest < 0:
             return 0.0
-        gap, busy = (stamp - self._newest) / NANOSECONDS, self._left - before
+        gap, busy = (stamp - self._newest) / NANOSECONDS, self._quiet_since - before
         share = busy / max(self._taken - before, busy, 1e-9)
         return gap - min(share * gap, _FASTEST * busy)
 

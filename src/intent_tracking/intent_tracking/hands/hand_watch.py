@@ -269,14 +269,15 @@ class HandWatch:
             return reader.read(frame.color, only=None if every else self._identity, hints=hints)
         regions = [near] if near is not None and self.missed > 0 else []
         spared = expectation.hurried and self.missed == 0 and self._identity in self._acted
-        arms = [] if spared else [thing for thing in self._things if thing.area > _ARM_AREA]
-        regions += [end for arm in arms[:_ARMS] for end in ends_of(arm, frame.camera)]
+        large = [thing for thing in self._things if thing.area > _ARM_AREA]
+        arms = [] if spared else large[:_ARMS]
+        regions += [end for arm in arms for end in ends_of(arm, frame.camera)]
         rests = joints is not None and not self._leader_acts and self.rests(joints)
         due = self._vain < _OVERLOOKED or self._looks % 2 == 0
         free = not expectation.hurried and (joints is None or rests) and due
         most = 1 if expectation.hurried else _REGIONS
         if free:
-            bare = [arm for arm in arms[:_ARMS] if _BARE_AREA[0] < arm.area < _BARE_AREA[1]]
+            bare = [arm for arm in arms if _BARE_AREA[0] < arm.area < _BARE_AREA[1]]
             regions += [square for thing in bare for square in turns_of(thing, frame.camera)]
             most = len(regions)
         view = view_of(arms[0], frame.camera) if arms else None

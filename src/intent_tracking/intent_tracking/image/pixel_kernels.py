@@ -19,7 +19,6 @@ _BACKGROUND = np.float32(0.5 * 2.5**2)
 """The same against the background: pixels within two and a half deviations are a body's."""
 _RESTS = np.float32(3.0)
 """Log-odds of the background where the depth is that of an object at rest."""
-_NEVER = np.float32(-1e3)
 _WRIST, _FOREARM = np.float32(-0.022), np.float32(-0.30)
 """Points with x between these in the wrist frame, near its axis, are the forearm's [m]."""
 _ARM_MIDDLE, _ARM_RADIUS = np.float32(0.01), np.float32(0.07)

@@ -13,7 +13,7 @@ from intent_perception.geometry.transforms import (
     vector_from_pose,
     vector_from_rotation,
 )
-from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE, state_size
+from intent_tracking.scene.state_layout import HAND_SIZE, OBJECT_SIZE, body_start, state_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,20 +60,20 @@ class BodyState:
 
     def pose(self, body: int) -> Array:
         """Return the pose (4, 4) of the hand (0) or of object body - 1."""
-        offset = 0 if body == 0 else HAND_SIZE + OBJECT_SIZE * (body - 1)
+        offset = body_start(body)
         rotation = self.rotations[body].astype(np.float64)
         return make_pose(orthonormal(rotation), self.values[offset : offset + 3])
 
     def position(self, body: int) -> Array:
         """Return the position (3,) of the hand (0) or of object body - 1 [m]."""
-        offset = 0 if body == 0 else HAND_SIZE + OBJECT_SIZE * (body - 1)
+        offset = body_start(body)
         return self.values[offset : offset + 3].astype(np.float64)
 
     def vector(self, T_table_camera: Array) -> Array:
         """Return the contract's 26 + 6 N values in the table's frame."""
         result = self.values.astype(np.float64)
         for body in range(len(self.rotations)):
-            offset = 0 if body == 0 else HAND_SIZE + OBJECT_SIZE * (body - 1)
+            offset = body_start(body)
             result[offset : offset + 6] = vector_from_pose(T_table_camera @ self.pose(body))
         return result
 

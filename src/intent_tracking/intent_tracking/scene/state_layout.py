@@ -16,3 +16,8 @@ def state_size(objects: int) -> int:
 def object_start(k: int) -> int:
     """Return where the values of object k begin."""
     return HAND_SIZE + OBJECT_SIZE * k
+
+
+def body_start(body: int) -> int:
+    """Return where the values of the hand (0) or of object body - 1 begin."""
+    return 0 if body == 0 else object_start(body - 1)

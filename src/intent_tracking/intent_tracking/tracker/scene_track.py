@@ -25,7 +25,7 @@ from intent_tracking.scene.hand_model import HandModel
 from intent_tracking.scene.packed_objects import PackedObjects
 from intent_tracking.scene.posture_prior import shipped_posture, surprise
 from intent_tracking.scene.raster import FAR
-from intent_tracking.scene.state_layout import HAND_SIZE, object_start
+from intent_tracking.scene.state_layout import HAND_SIZE, body_start
 from intent_tracking.tracker.problem import SINGLE_LIMITS, Fit, Problem, Surroundings, Ties, View
 from intent_tracking.tracker.track_config import TrackConfig
 
@@ -207,7 +207,7 @@ class SceneTrack:
         swarm = minimise(cost, start.values, spread, bounds, *size, rng)
         found = BodyState(swarm.best.copy(), start.rotations.copy())
         for body in range(1 + len(active)):
-            offset = 3 if body == 0 else object_start(body - 1) + 3
+            offset = body_start(body) + 3
             turn(*swarm.best[offset : offset + 3], start.rotations[body], found.rotations[body])
             found.values[offset : offset + 3] = 0.0
         return found
